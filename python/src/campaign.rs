@@ -5,25 +5,28 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use arrow_array::{
-    ArrayRef, BooleanArray, Float32Array, Float64Array, Int64Array, StringArray, UInt32Array,
-    UInt64Array,
+    ArrayRef, BooleanArray, Float32Array, Float64Array, Int64Array, RecordBatch, StringArray,
+    UInt32Array, UInt64Array,
 };
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sim_harness::measure::campaign::grid::{self, Axis};
-use sim_harness::measure::campaign::{COLUMNS, Cell, Column, Kind, Row, fly_rows};
-use sim_harness::scenario::{Scenario, Setting};
+use sim_harness::measure::campaign::{CHUNK, COLUMNS, Cell, Column, Kind, Place, Row};
+use sim_harness::mission::with_called_law;
+use sim_harness::scenario::Setting;
 use toml::Value;
 
 use crate::mission::on_the_host;
-use crate::table::Table;
+use crate::policy::{Laws, Raised};
+use crate::table::{Table, batch};
 use crate::{keys, open, value_error};
 
 /// How long the main thread sleeps between two looks whether Python was interrupted.
 const NAP: Duration = Duration::from_millis(10);
 
-/// Flies the missions of these seeds at every place of the grid.
+/// Flies the missions of these seeds at every place of the grid, with the policy of Python if there is
+/// one.
 #[pyfunction]
 pub(crate) fn fly_campaign(
     py: Python<'_>,
@@ -31,19 +34,44 @@ pub(crate) fn fly_campaign(
     seeds: Vec<u64>,
     vary: &Bound<'_, PyDict>,
     threads: usize,
+    policy: Option<(Py<PyAny>, f64)>,
     keys: &Bound<'_, PyDict>,
 ) -> PyResult<Table> {
     let settings = keys::settings(keys)?;
     let axes = axes(vary)?;
     let points = grid::points(&axes).map_err(value_error)?;
+    let laws = policy.map(|(policy, timeout_s)| Laws::new(py, policy, timeout_s)).transpose()?;
     let scenarios = points.iter().map(|point| {
         let settings = settings.iter().chain(point).cloned().collect();
-        open(scenario, settings).map_err(value_error)
+        let scenario = open(scenario, settings).map_err(value_error)?;
+        on_the_host(&scenario)?;
+        Ok(if laws.is_some() { with_called_law(&scenario) } else { scenario })
     });
     let scenarios = scenarios.collect::<PyResult<Vec<_>>>()?;
-    scenarios.iter().try_for_each(on_the_host)?;
-    let rows = fly(py, &scenarios, &seeds, threads)?;
-    py.detach(|| table(&axes, &points, &rows))
+    let raised = laws.as_ref().map(Laws::raised).unwrap_or_default();
+    let batches = on_threads(py, threads, &raised, |stop| {
+        let mut table = Rows::new(&axes, &points);
+        for (n, scenario) in scenarios.iter().enumerate() {
+            let place = Place::new(scenario, n);
+            for chunk in seeds.chunks(CHUNK) {
+                let rows = match &laws {
+                    None => place.fly(stop, chunk, |_| ()),
+                    Some(laws) => place.fly_with(
+                        |mission, seed| mission.by_law(laws.law(format!(" of seed {seed}"))),
+                        stop,
+                        chunk,
+                        |_| (),
+                    ),
+                };
+                table.add(&rows)?;
+            }
+        }
+        if table.batches.is_empty() {
+            table.add(&[])?;
+        }
+        Ok(table.batches)
+    })?;
+    Table::of(batches)
 }
 
 pub(crate) fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<Axis>> {
@@ -58,63 +86,81 @@ pub(crate) fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<Axis>> {
     vary.iter().map(axis).collect()
 }
 
-/// Flies all of them on other threads, while this one looks whether Python was interrupted.
-fn fly(
+/// Does the work on so many other threads, while this one looks whether Python was interrupted. The work
+/// ends early where the flag is set: by an interrupt, or when a policy has raised something, which then
+/// comes out.
+pub(crate) fn on_threads<T: Send>(
     py: Python<'_>,
-    scenarios: &[Scenario],
-    seeds: &[u64],
     threads: usize,
-) -> PyResult<Vec<Row>> {
+    raised: &Raised,
+    work: impl FnOnce(&AtomicBool) -> PyResult<T> + Send,
+) -> PyResult<T> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
     let stop = AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        let flights = scope.spawn(|| {
-            pool.install(|| {
-                let all = scenarios.iter().enumerate();
-                all.flat_map(|(n, scenario)| fly_rows(&stop, scenario, n, seeds, |_| ())).collect()
-            })
-        });
-        while !flights.is_finished() {
+    let done = std::thread::scope(|scope| {
+        let working = scope.spawn(|| pool.install(|| work(&stop)));
+        let mut interrupt = Ok(());
+        while !working.is_finished() {
             py.detach(|| std::thread::sleep(NAP));
-            if let Err(interrupt) = py.check_signals() {
+            interrupt = interrupt.and_then(|()| py.check_signals());
+            if interrupt.is_err() || raised.is_set() {
                 stop.store(true, Ordering::Relaxed);
-                let _ = py.detach(|| flights.join());
-                return Err(interrupt);
             }
         }
-        flights.join().map_err(|_| PyRuntimeError::new_err("a mission panicked: this is a defect"))
-    })
+        let done = working.join();
+        interrupt?;
+        done.map_err(|_| PyRuntimeError::new_err("a mission panicked: this is a defect"))?
+    });
+    raised.take()?;
+    done
 }
 
-/// The rows with a column for each key of the grid.
-pub(crate) fn table(axes: &[Axis], points: &[Vec<Setting>], rows: &[Row]) -> PyResult<Table> {
-    let mut columns = Vec::new();
-    for (n, axis) in axes.iter().enumerate() {
-        let values: Vec<&Value> = rows.iter().map(|row| points[row.point][n].value()).collect();
-        columns.push((axis.key().to_owned(), of_values(&values)));
-    }
-    let seeds = rows.iter().map(|row| row.seed);
-    columns.push(("seed".to_owned(), Arc::new(UInt64Array::from_iter_values(seeds))));
-    let cells = |column: &Column| (column.name.to_owned(), of_cells(column, rows));
-    columns.extend(COLUMNS.iter().map(cells));
-    Table::new(columns)
+/// The table of a campaign while its rows come, piece by piece, so that they need not wait in memory as
+/// anything else.
+pub(crate) struct Rows<'a> {
+    axes: &'a [Axis],
+    points: &'a [Vec<Setting>],
+    pub(crate) batches: Vec<RecordBatch>,
 }
 
-/// The narrowest column that has all of the values.
-fn of_values(values: &[&Value]) -> ArrayRef {
-    if let Some(whole) = values.iter().map(|value| value.as_integer()).collect::<Option<Vec<_>>>() {
-        return Arc::new(Int64Array::from(whole));
+impl<'a> Rows<'a> {
+    /// No rows yet of a campaign with these keys varied.
+    pub(crate) const fn new(axes: &'a [Axis], points: &'a [Vec<Setting>]) -> Self {
+        Self { axes, points, batches: Vec::new() }
     }
-    let number = |value: &&Value| value.as_float().or(value.as_integer().map(|it| it as f64));
-    if let Some(numbers) = values.iter().map(number).collect::<Option<Vec<_>>>() {
-        return Arc::new(Float64Array::from(numbers));
+
+    /// Adds rows.
+    pub(crate) fn add(&mut self, rows: &[Row]) -> PyResult<()> {
+        let mut columns = Vec::new();
+        for (n, axis) in self.axes.iter().enumerate() {
+            let values = rows.iter().map(|row| self.points[row.point][n].value());
+            columns.push((axis.key().to_owned(), of_values(axis, values)));
+        }
+        let seeds = rows.iter().map(|row| row.seed);
+        columns.push(("seed".to_owned(), Arc::new(UInt64Array::from_iter_values(seeds))));
+        let cells = |column: &Column| (column.name.to_owned(), of_cells(column, rows));
+        columns.extend(COLUMNS.iter().map(cells));
+        self.batches.push(batch(columns)?);
+        Ok(())
     }
-    if let Some(flags) = values.iter().map(|value| value.as_bool()).collect::<Option<Vec<_>>>() {
-        return Arc::new(BooleanArray::from(flags));
+}
+
+/// The narrowest column that has all values of the key.
+fn of_values<'v>(axis: &Axis, values: impl Iterator<Item = &'v Value>) -> ArrayRef {
+    let all = |is: fn(&Value) -> bool| axis.values().iter().all(is);
+    if all(Value::is_integer) {
+        return Arc::new(Int64Array::from_iter(values.map(Value::as_integer)));
     }
-    let text = |value: &&Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    Arc::new(StringArray::from_iter_values(values.iter().map(text)))
+    if all(|value| value.is_integer() || value.is_float()) {
+        let number = |value: &Value| value.as_float().or(value.as_integer().map(|it| it as f64));
+        return Arc::new(Float64Array::from_iter(values.map(number)));
+    }
+    if all(Value::is_bool) {
+        return Arc::new(BooleanArray::from_iter(values.map(Value::as_bool)));
+    }
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    Arc::new(StringArray::from_iter_values(values.map(text)))
 }
 
 fn of_cells(column: &Column, rows: &[Row]) -> ArrayRef {

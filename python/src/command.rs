@@ -7,12 +7,12 @@ use input::InputError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use sim_harness::cli;
-use sim_harness::measure::campaign::Row;
 use sim_harness::measure::campaign::grid::{self, Axis};
+use sim_harness::measure::campaign::{CHUNK, Row};
 use sim_harness::report::{Folder, Origin};
 use sim_harness::scenario::Setting;
 
-use crate::campaign::{axes, table};
+use crate::campaign::{Rows, axes};
 use crate::table::Table;
 use crate::{keys, value_error};
 
@@ -33,34 +33,38 @@ pub(crate) fn options(vary: &Bound<'_, PyDict>, keys: &Bound<'_, PyDict>) -> PyR
 /// The runs of a campaign that the command has written into a folder.
 #[pyfunction]
 pub(crate) fn read_runs(py: Python<'_>, folder: PathBuf) -> PyResult<Table> {
-    py.detach(|| {
-        let (axes, rows) = read(&folder).map_err(value_error)?;
-        let points = grid::points(&axes).map_err(value_error)?;
-        table(&axes, &points, &rows)
-    })
+    py.detach(|| read(&folder))
 }
 
-fn read(folder: &Path) -> Result<(Vec<Axis>, Vec<Row>), InputError> {
-    Folder::is_as_written(folder)?;
-    let (origin, _) = Origin::read(folder)?;
+fn read(folder: &Path) -> PyResult<Table> {
+    Folder::is_as_written(folder).map_err(value_error)?;
+    let (origin, _) = Origin::read(folder).map_err(value_error)?;
     let path = folder.join("runs.csv");
     let wrong = |what: String| {
         let remedy = "give a folder that uchain campaign has written with --out";
-        InputError::new(what, remedy).in_file(&path)
+        value_error(InputError::new(what, remedy).in_file(&path))
     };
     let campaign = origin.campaign.ok_or_else(|| wrong("this is no campaign".into()))?;
-    let axes = campaign.vary.iter().map(|text| Axis::parse(text)).collect::<Result<Vec<_>, _>>()?;
-    let points = grid::points(&axes)?;
+    let axes = campaign.vary.iter().map(|text| Axis::parse(text));
+    let axes = axes.collect::<Result<Vec<_>, _>>().map_err(value_error)?;
+    let points = grid::points(&axes).map_err(value_error)?;
     let reader = csv::Reader::from_path(&path);
     let mut reader = reader.map_err(|error| wrong(format!("cannot be read: {error}")))?;
     let texts = |point: &Vec<Setting>| point.iter().map(|it| text(it.value())).collect();
     let texts: Vec<Vec<String>> = points.iter().map(texts).collect();
-    let (mut rows, mut place) = (Vec::new(), 0);
+    let (mut table, mut rows, mut place) = (Rows::new(&axes, &points), Vec::new(), 0);
     for (n, record) in reader.records().enumerate() {
         let row = record.ok().and_then(|record| row(&record, &texts, &mut place));
         rows.push(row.ok_or_else(|| wrong(format!("row {} is damaged", n + 1)))?);
+        if rows.len() == CHUNK {
+            table.add(&rows)?;
+            rows.clear();
+        }
     }
-    Ok((axes, rows))
+    if !rows.is_empty() || table.batches.is_empty() {
+        table.add(&rows)?;
+    }
+    Table::of(table.batches)
 }
 
 /// The row of a record. The values of its keys tell the place of the grid, at which the row before was or

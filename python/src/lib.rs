@@ -4,6 +4,7 @@
 mod called;
 mod campaign;
 mod command;
+mod compare;
 mod keys;
 mod mission;
 mod policy;
@@ -43,6 +44,7 @@ fn _uchain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(scenarios, module)?)?;
     module.add_function(wrap_pyfunction!(mission::fly, module)?)?;
     module.add_function(wrap_pyfunction!(campaign::fly_campaign, module)?)?;
+    module.add_function(wrap_pyfunction!(compare::fly_comparison, module)?)?;
     module.add_function(wrap_pyfunction!(command::command, module)?)?;
     module.add_function(wrap_pyfunction!(command::options, module)?)?;
     module.add_function(wrap_pyfunction!(command::read_runs, module)?)?;

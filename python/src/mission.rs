@@ -13,7 +13,7 @@ use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::report::{pictures, report, summary};
 use sim_harness::scenario::{Fidelity, Scenario};
 
-use crate::policy::law;
+use crate::policy::Laws;
 use crate::table::Table;
 use crate::{keys, open, value_error};
 
@@ -62,9 +62,9 @@ pub(crate) fn fly(
     let mut mission = Mission::new(&scenario, &world, seed);
     let mut raised = None;
     if let Some(policy) = policy {
-        let (law, told) = law(py, policy, timeout_s)?;
-        mission = mission.by_law(law);
-        raised = Some(told);
+        let laws = Laws::new(py, policy, timeout_s)?;
+        mission = mission.by_law(laws.law(String::new()));
+        raised = Some(laws.raised());
     }
     let mut watch = Watch::new(&scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);

@@ -7,6 +7,7 @@ use chain::policy::{LinkEnd, NAMES, Policy as BuiltIn, PolicyConfig};
 use input::suggest;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use sim_harness::mission::Law;
 use units::{Db, Dbm, MetresPerSecond};
 
@@ -58,7 +59,7 @@ impl Raised {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
     }
 
-    fn is_set(&self) -> bool {
+    pub(crate) fn is_set(&self) -> bool {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
     }
 
@@ -67,31 +68,102 @@ impl Raised {
     }
 }
 
-/// The speed law of a callable of Python, each call of which may take so many seconds. After an error it
-/// is not called again.
-pub(crate) fn law(
-    py: Python<'_>,
+/// The speed laws of a callable of Python, for missions that fly one after the other or at the same time;
+/// of a class, an object is made for each mission. After an error the callable is not called again.
+pub(crate) struct Laws {
     policy: Py<PyAny>,
+    is_class: bool,
     timeout_s: f64,
-) -> PyResult<(Box<Law>, Raised)> {
-    let called = Called::new(py, "policy", policy, timeout_s)?;
-    let raised = Raised::default();
-    let told = raised.clone();
-    let law = move |drone: usize, front: LinkEnd, back: LinkEnd| {
-        if told.is_set() {
-            return MetresPerSecond::ZERO;
-        }
-        let asked = Python::attach(|py| {
-            let ends = (drone, front.rssi.0, front.velocity.0, back.rssi.0, back.velocity.0);
-            called.call(py, ends, || format!("drone {drone}"))
+    /// The callables with their clocks that no mission uses now: each thread needs one of its own.
+    idle: Idle,
+    raised: Raised,
+}
+
+type Idle = Arc<Mutex<Vec<Called>>>;
+
+/// A callable that is used by a mission, and given back after it.
+struct Borrowed {
+    called: Option<Called>,
+    idle: Idle,
+}
+
+impl Drop for Borrowed {
+    fn drop(&mut self) {
+        let mut idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner);
+        idle.extend(self.called.take());
+    }
+}
+
+impl Laws {
+    /// The laws of a callable, each call of which may take so many seconds.
+    pub(crate) fn new(py: Python<'_>, policy: Py<PyAny>, timeout_s: f64) -> PyResult<Self> {
+        Self::told(py, policy, timeout_s, Raised::default())
+    }
+
+    /// The same, of which what the callable raises is put here, too.
+    pub(crate) fn told(
+        py: Python<'_>,
+        policy: Py<PyAny>,
+        timeout_s: f64,
+        raised: Raised,
+    ) -> PyResult<Self> {
+        let is_class = policy.bind(py).is_instance_of::<PyType>();
+        // Says at once where the limit is none.
+        let first = Called::new(py, "policy", policy.clone_ref(py), timeout_s)?;
+        let idle = Arc::new(Mutex::new(if is_class { Vec::new() } else { vec![first] }));
+        Ok(Self { policy, is_class, timeout_s, idle, raised })
+    }
+
+    /// What the callable has raised.
+    pub(crate) fn raised(&self) -> Raised {
+        self.raised.clone()
+    }
+
+    /// The speed law of a mission; `of` names the mission in messages.
+    pub(crate) fn law(&self, of: String) -> Box<Law> {
+        let borrowed = self.borrow();
+        let told = self.raised.clone();
+        let law = move |drone: usize, front: LinkEnd, back: LinkEnd| {
+            let Some(called) = borrowed.called.as_ref().filter(|_| !told.is_set()) else {
+                return MetresPerSecond::ZERO;
+            };
+            let asked = Python::attach(|py| {
+                let ends = (drone, front.rssi.0, front.velocity.0, back.rssi.0, back.velocity.0);
+                let asked = called.call(py, ends, || format!("drone {drone}{of}"));
+                asked.inspect_err(|error| note(py, error, drone, &of))
+            });
+            asked.map_or_else(
+                |error| {
+                    told.set(error);
+                    MetresPerSecond::ZERO
+                },
+                MetresPerSecond,
+            )
+        };
+        Box::new(law)
+    }
+
+    fn borrow(&self) -> Borrowed {
+        let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let called = idle.or_else(|| {
+            let made = Python::attach(|py| {
+                let policy = self.policy.clone_ref(py);
+                let policy = if self.is_class { policy.call0(py)? } else { policy };
+                Called::new(py, "policy", policy, self.timeout_s)
+            });
+            made.map_err(|error| self.raised.set(error)).ok()
         });
-        asked.map_or_else(
-            |error| {
-                told.set(error);
-                MetresPerSecond::ZERO
-            },
-            MetresPerSecond,
-        )
-    };
-    Ok((Box::new(law), raised))
+        // An object of a class is of one mission.
+        let idle = if self.is_class { Idle::default() } else { Arc::clone(&self.idle) };
+        Borrowed { called, idle }
+    }
+}
+
+/// Says in an error of a campaign for which drone of which mission the policy was called, where it does
+/// not say so itself. Python before 3.11 has no notes.
+fn note(py: Python<'_>, error: &PyErr, drone: usize, of: &str) {
+    if !of.is_empty() && !error.to_string().contains(of) {
+        let text = format!("the policy was called for drone {drone}{of}");
+        let _ = error.value(py).call_method1("add_note", (text,));
+    }
 }

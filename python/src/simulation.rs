@@ -13,7 +13,7 @@ use sim_harness::scenario::Scenario;
 use units::{Branch, Course, MetresPerSecond, Order};
 
 use crate::mission::on_the_host;
-use crate::policy::{Raised, law};
+use crate::policy::{Laws, Raised};
 use crate::{keys, open, value_error};
 
 type Held<'a> = Mission<'a>;
@@ -47,7 +47,8 @@ impl Simulation {
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let settings = keys.map_or(Ok(Vec::new()), keys::settings)?;
-        let called = policy.map(|policy| law(py, policy, timeout_s)).transpose()?;
+        let laws = policy.map(|policy| Laws::new(py, policy, timeout_s)).transpose()?;
+        let called = laws.map(|laws| (laws.law(String::new()), laws.raised()));
         let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
         on_the_host(&scenario)?;
         let scenario = if called.is_some() { with_called_law(&scenario) } else { scenario };

@@ -15,30 +15,44 @@ use pyo3::types::{PyCapsule, PyDict, PyList};
 /// A table with named columns.
 #[pyclass(frozen, module = "uchain")]
 pub(crate) struct Table {
-    batch: RecordBatch,
+    schema: Arc<Schema>,
+    /// The rows, in pieces with the columns of the schema.
+    batches: Vec<RecordBatch>,
+}
+
+/// Makes a piece of a table of columns of one length.
+pub(crate) fn batch(columns: Vec<(String, ArrayRef)>) -> PyResult<RecordBatch> {
+    let fields =
+        columns.iter().map(|(name, array)| Field::new(name, array.data_type().clone(), true));
+    let schema = Arc::new(Schema::new(fields.collect::<Vec<_>>()));
+    let arrays = columns.into_iter().map(|(_, array)| array).collect();
+    let batch = RecordBatch::try_new(schema, arrays);
+    batch.map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
 
 impl Table {
     /// Makes a table of columns of one length.
     pub(crate) fn new(columns: Vec<(String, ArrayRef)>) -> PyResult<Self> {
-        let fields =
-            columns.iter().map(|(name, array)| Field::new(name, array.data_type().clone(), true));
-        let schema = Arc::new(Schema::new(fields.collect::<Vec<_>>()));
-        let arrays = columns.into_iter().map(|(_, array)| array).collect();
-        let batch = RecordBatch::try_new(schema, arrays);
-        Ok(Self { batch: batch.map_err(|error| PyRuntimeError::new_err(error.to_string()))? })
+        Self::of(vec![batch(columns)?])
     }
 
-    fn list<'py>(&self, py: Python<'py>, array: &ArrayRef) -> PyResult<Bound<'py, PyList>> {
-        macro_rules! list {
-            ($kind:ty) => {
-                match array.as_any().downcast_ref::<$kind>() {
-                    Some(array) => PyList::new(py, array.iter().collect::<Vec<_>>()),
-                    None => PyList::new(py, Vec::<Option<f64>>::new()),
-                }
-            };
+    /// Makes a table of pieces with the same columns, of which there is at least one.
+    pub(crate) fn of(batches: Vec<RecordBatch>) -> PyResult<Self> {
+        match batches.first() {
+            Some(first) => Ok(Self { schema: first.schema(), batches }),
+            None => Err(PyRuntimeError::new_err("a table of no columns: this is a defect")),
         }
-        match array.data_type() {
+    }
+
+    fn list<'py>(&self, py: Python<'py>, column: usize) -> PyResult<Bound<'py, PyList>> {
+        macro_rules! list {
+            ($kind:ty) => {{
+                let arrays = self.batches.iter().map(|batch| batch.column(column).as_any());
+                let arrays = arrays.filter_map(|array| array.downcast_ref::<$kind>());
+                PyList::new(py, arrays.flat_map(|array| array.iter()).collect::<Vec<_>>())
+            }};
+        }
+        match self.schema.field(column).data_type() {
             DataType::Boolean => list!(BooleanArray),
             DataType::Float32 => list!(Float32Array),
             DataType::Float64 => list!(Float64Array),
@@ -60,40 +74,40 @@ impl Table {
     ) -> PyResult<Bound<'py, PyCapsule>> {
         // A consumer that asks for other types has to convert these itself, as the interface allows.
         let _ = requested_schema;
-        let schema = self.batch.schema();
-        let batches = RecordBatchIterator::new([Ok(self.batch.clone())], schema);
+        let batches = self.batches.clone().into_iter().map(Ok);
+        let batches = RecordBatchIterator::new(batches, self.schema.clone());
         let stream = FFI_ArrowArrayStream::new(Box::new(batches));
         PyCapsule::new(py, stream, Some(c"arrow_array_stream".to_owned()))
     }
 
     fn __len__(&self) -> usize {
-        self.batch.num_rows()
+        self.batches.iter().map(RecordBatch::num_rows).sum()
     }
 
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyList>> {
-        match self.batch.column_by_name(name) {
-            Some(array) => self.list(py, array),
-            None => Err(PyKeyError::new_err(name.to_owned())),
+        match self.schema.index_of(name) {
+            Ok(column) => self.list(py, column),
+            Err(_) => Err(PyKeyError::new_err(name.to_owned())),
         }
     }
 
     /// The names of the columns.
     #[getter]
     fn column_names(&self) -> Vec<String> {
-        self.batch.schema().fields().iter().map(|field| field.name().clone()).collect()
+        self.schema.fields().iter().map(|field| field.name().clone()).collect()
     }
 
     /// The columns as lists by name; `None` stands where there is no value.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        for (field, array) in self.batch.schema().fields().iter().zip(self.batch.columns()) {
-            dict.set_item(field.name(), self.list(py, array)?)?;
+        for (column, field) in self.schema.fields().iter().enumerate() {
+            dict.set_item(field.name(), self.list(py, column)?)?;
         }
         Ok(dict)
     }
 
     fn __repr__(&self) -> String {
-        let (rows, columns) = (self.batch.num_rows(), self.batch.num_columns());
+        let (rows, columns) = (self.__len__(), self.schema.fields().len());
         format!("<uchain.Table of {rows} rows and {columns} columns>")
     }
 }

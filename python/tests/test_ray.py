@@ -1,11 +1,14 @@
 """A campaign on a cluster of Ray, one node of which is killed, is the campaign of this machine."""
 
+import os
+import signal
 import threading
 import time
 
 import pytest
 
 import uchain
+from uchain import cluster
 
 ray = pytest.importorskip("ray")
 cluster_utils = pytest.importorskip("ray.cluster_utils")
@@ -54,3 +57,42 @@ def test_wrong_input_is_one_line(nodes, tmp_path, short):
     with pytest.raises(ValueError) as error:
         uchain.campaign(short, 2, on="ray", out=tmp_path / "out", radio={"packet_los": 0.1})
     assert "did you mean packet_loss" in str(error.value) and "\n" not in str(error.value)
+
+
+def dying(marker):
+    """What flies a part, but that its worker dies in the second one: each time, or with a marker once."""
+    part = cluster._part
+
+    def fly(options, number, of):
+        if number == 2 and (marker is None or not marker.exists()):
+            if marker is not None:
+                marker.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return part(options, number, of)
+
+    return fly
+
+
+def test_the_part_of_a_worker_that_dies_is_flown_again(nodes, tmp_path, short, monkeypatch):
+    here, there = tmp_path / "here", tmp_path / "there"
+    uchain.campaign(short, 4, out=here, duration_s=5)
+    monkeypatch.setattr(cluster, "_part", dying(tmp_path / "died"))
+    uchain.campaign(short, 4, on="ray", out=there, parts=3, duration_s=5)
+    assert (tmp_path / "died").exists()
+    assert files(there) == files(here)
+
+
+def test_a_part_whose_workers_all_die_is_one_line_and_the_others_are_kept(
+    nodes, tmp_path, short, monkeypatch
+):
+    here, there = tmp_path / "here", tmp_path / "there"
+    uchain.campaign(short, 4, out=here, duration_s=5)
+    with monkeypatch.context() as patched:
+        patched.setattr(cluster, "_part", dying(None))
+        patched.setattr(cluster, "RETRIES", 1)
+        with pytest.raises(RuntimeError) as error:
+            uchain.campaign(short, 4, on="ray", out=there, parts=2, duration_s=5)
+    assert "part 2/2 was lost with its worker" in str(error.value) and "\n" not in str(error.value)
+    assert not there.exists()
+    uchain.campaign(short, 4, on="ray", out=there, parts=2, duration_s=5)
+    assert files(there) == files(here)

@@ -84,6 +84,18 @@ def test_a_campaign_is_a_table_whatever_the_threads():
         uchain.campaign(SHORT, 1, threads=0)
 
 
+def test_what_a_new_user_tries_first():
+    table = uchain.campaign(SHORT, 1, {"policy": ["t5", "k-tuned"]}, duration_s=5)
+    assert table["policy.name"] == ["t5", "k-tuned"]
+    with pytest.raises(ValueError, match="seed=3: .* give seeds="):
+        uchain.campaign(SHORT, 2, seed=3)
+    with pytest.raises(ValueError, match="seeds=3: .* give seed="):
+        uchain.run(SHORT, seeds=3)
+    law = uchain.RadioLaw(lambda distance_m, walls: 40.0 + 30.0 * math.log10(distance_m))
+    laws = {"radio.model": [law.model, {"law": "log-distance"}]}
+    assert len(uchain.campaign(SHORT, 1, laws, duration_s=5)) == 2
+
+
 def test_tables_are_read_by_others():
     table = uchain.run(SHORT, duration_s=5).trace
     assert len(table) == 25 * 4
@@ -145,8 +157,6 @@ def test_what_a_policy_does_wrong_is_told():
         uchain.run("straight", policy=raises)
     with pytest.raises(TypeError):
         uchain.run("straight", policy=lambda *_: "fast")
-    with pytest.raises(ValueError, match="uchain.run"):
-        uchain.campaign("straight", 1, policy=lambda *_: 0.0)
     with pytest.raises(ValueError, match="did you mean k-tuned?"):
         uchain.Policy("k-tund")
 

@@ -22,6 +22,7 @@ from . import cluster as _cluster
 from ._uchain import Policy, Simulation as _Simulation, Table, __version__
 from ._uchain import fly as _fly
 from ._uchain import fly_campaign as _fly_campaign
+from ._uchain import fly_comparison as _fly_comparison
 from ._uchain import options as _options
 from ._uchain import scenarios as _scenarios
 from .cluster import read
@@ -35,6 +36,7 @@ __all__ = [
     "Table",
     "__version__",
     "campaign",
+    "compare",
     "read",
     "run",
     "scenarios",
@@ -143,7 +145,7 @@ def run(
         round of 0.2 s for each relay that hears both of its neighbours, with the relay's number, the
         filtered strength of its link to the neighbour in front, dBm, that neighbour's velocity along
         the tunnel, m/s, positive towards the head, and both of the neighbour behind. It returns the
-        relay's forward velocity, m/s. The filter, the clearance from neighbours and the largest speed
+        relay's forward velocity, m/s. Of a class, an object is made. The filter, the clearance from neighbours and the largest speed
         remain those of the scenario's policy (the key ``policy.name``).
     :param timeout_s: the longest time of a call of the policy, in seconds.
     :param keys: other values of keys of the scenario: ``radio={"packet_loss": 0.3}`` or
@@ -162,7 +164,8 @@ def campaign(
     vary: Optional[Mapping[str, Sequence[Any]]] = None,
     *,
     threads: Optional[int] = None,
-    policy: Optional[str] = None,
+    policy: Union[None, str, Speed] = None,
+    timeout_s: float = 10.0,
     on: str = "threads",
     out: Union[None, str, "_os.PathLike[str]"] = None,
     parts: Optional[int] = None,
@@ -172,10 +175,15 @@ def campaign(
 
     :param scenario: as for :func:`run`.
     :param seeds: the seeds, or how many of them, from 1 on.
-    :param vary: the values of keys of the scenario: ``{"radio.packet_loss": [0.0, 0.2]}``.
+    :param vary: the values of keys of the scenario: ``{"radio.packet_loss": [0.0, 0.2]}``; ``"policy"``
+        stands for ``"policy.name"``.
     :param threads: how many threads of this machine fly; where left out, as many as it has cores. The
         result does not depend on it.
-    :param policy: the name of a movement policy instead of the scenario's.
+    :param policy: as for :func:`run`. A callable is called for the missions of all threads, of which one
+        at a time runs Python. A policy that remembers something is given as its class, of which an
+        object is made for each mission. With a callable, ``out`` and ``on`` are left out. When a call fails, no further mission begins, and the error comes out
+        with a note of the seed.
+    :param timeout_s: the longest time of a call of the policy, in seconds.
     :param on: where it is flown: on the ``"threads"`` of this machine, or ``"ray"``: as tasks of a
         cluster of Ray, one for each part. A part whose worker dies is flown again.
     :param out: the folder for the results, with the files of ``uchain campaign --out``; ``on="ray"``
@@ -191,11 +199,13 @@ def campaign(
     :raises KeyboardInterrupt: after Ctrl-C, when the missions that had begun have ended; a cluster does
         not wait for those.
     """
-    if callable(policy):
+    if callable(policy) and (out is not None or on != "threads"):
         raise ValueError(
-            "a campaign takes the name of a policy; fly a policy of your own with uchain.run"
+            "a policy of Python flies on this machine's threads only; leave out= and on= out, or give the "
+            "name of a policy"
         )
-    _, keys = _with_policy(policy, _with_law(keys))
+    callback, keys = _with_policy(policy, _with_law(keys))
+    vary = {"policy.name" if key == "policy" else key: values for key, values in (vary or {}).items()}
     seeds = range(1, seeds + 1) if isinstance(seeds, int) else list(seeds)
     if threads is not None and threads < 1:
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
@@ -216,7 +226,73 @@ def campaign(
         if on == "threads":
             return _cluster.here(words, folder, threads)
         return _cluster.on_ray(words, folder, min(parts, _missions(seeds, vary)))
-    return _fly_campaign(_os.fspath(scenario), list(seeds), dict(vary or {}), threads or 0, keys)
+    called = None if callback is None else (callback, timeout_s)
+    return _fly_campaign(
+        _os.fspath(scenario), list(seeds), dict(vary or {}), threads or 0, called, keys
+    )
+
+
+def compare(
+    policies: Union[Speed, Mapping[str, Speed]],
+    against: Iterable[str] = ("chain", "k-tuned"),
+    *,
+    scenarios: Iterable[str] = (),
+    drawn: bool = False,
+    runs: int = 40,
+    seed: int = 1,
+    fidelity: str = "point",
+    threads: Optional[int] = None,
+    timeout_s: float = 10.0,
+) -> Table:
+    """Fly policies of Python beside built-in ones, all with the same seeds, as ``uchain bench chain`` does.
+
+    >>> uchain.compare(policy, against=["k-tuned"], scenarios=["s-turns-5"])
+
+    :param policies: a callable as :func:`run` takes it, whose rows are called ``python``, or several by
+        the names of their rows.
+    :param against: the names of the built-in policies.
+    :param scenarios: the scenarios of the benchmark; where left out, all of them.
+    :param drawn: fly in places that the seeds draw instead, beside an oracle, as
+        ``uchain bench chain --drawn``.
+    :param runs: the number of missions of a row, or of places.
+    :param seed: the first seed.
+    :param fidelity: ``"point"`` or ``"flight"``.
+    :param threads: as for :func:`campaign`.
+    :param timeout_s: the longest time of a call of a policy, in seconds.
+    :returns: a table with a row for each scenario and policy, and a column for each figure that the
+        benchmark has in one of the scenarios; null where it has it not in this one, infinite for a time
+        that never came. With ``drawn``, a row for each policy, and for each figure its value and the
+        limits of its 95 % interval, ``…_low`` and ``…_high``.
+    """
+    own = list(({"python": policies} if callable(policies) else dict(policies)).items())
+    against = list(against)
+    for name, policy in own:
+        if not callable(policy):
+            raise ValueError(f"{name}: this is no callable; give names of built-in policies as against=")
+        if name in against:
+            raise ValueError(f'"{name}" is a built-in policy; give yours another name')
+    if not own and not against:
+        raise ValueError("there is no policy to fly; give one or more")
+    if runs < 1:
+        raise ValueError(f"runs={runs} is out of range; give 1 or more")
+    if threads is not None and threads < 1:
+        raise ValueError(f"threads={threads} is out of range; give 1 or more")
+    if fidelity not in ("point", "flight"):
+        raise ValueError(f'fidelity="{fidelity}" is no level here; give "point" or "flight"')
+    scenarios = list(scenarios)
+    if drawn and scenarios:
+        raise ValueError("drawn places are no scenarios of the benchmark; leave scenarios= or drawn= out")
+    return _fly_comparison(
+        own,
+        against,
+        scenarios,
+        drawn,
+        runs,
+        seed,
+        fidelity,
+        threads or 0,
+        timeout_s,
+    )
 
 
 def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
@@ -230,6 +306,9 @@ def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
 
 def _with_law(keys: dict) -> dict:
     """The keys with the table of a radio law in place of ``radio_law``."""
+    for wrong, right in (("seed", "seeds"), ("seeds", "seed")):
+        if wrong in keys:
+            raise ValueError(f"{wrong}={keys[wrong]}: this is no key of a scenario; give {right}=")
     if "radio_law" not in keys:
         return keys
     law = keys["radio_law"]

@@ -100,6 +100,24 @@ def tabulate(
     """The losses by a callable at these distances, with a row for each number of walls from none on."""
 
 def fly_campaign(
-    scenario: str, seeds: List[int], vary: dict, threads: int, keys: dict
+    scenario: str,
+    seeds: List[int],
+    vary: dict,
+    threads: int,
+    policy: Optional[Tuple[Callable[..., float], float]],
+    keys: dict,
 ) -> Table: ...
+def fly_comparison(
+    own: List[Tuple[str, Callable[..., float]]],
+    built_in: List[str],
+    scenarios: List[str],
+    is_drawn: bool,
+    runs: int,
+    seed: int,
+    fidelity: str,
+    threads: int,
+    timeout_s: float,
+) -> Table:
+    """Flies policies through the scenarios of ``uchain bench chain``, or in drawn places."""
+
 def scenarios() -> List[Tuple[str, str]]: ...

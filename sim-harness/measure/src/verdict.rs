@@ -101,7 +101,17 @@ pub fn judged(
     reference: &Reference,
     seed: u64,
 ) -> (RunMetrics, Judgement) {
-    let mut mission = Mission::new(scenario, world, seed);
+    judged_of(scenario, world, reference, Mission::new(scenario, world, seed))
+}
+
+/// The same of a mission that has not begun.
+#[must_use]
+pub fn judged_of(
+    scenario: &Scenario,
+    world: &World,
+    reference: &Reference,
+    mut mission: Mission<'_>,
+) -> (RunMetrics, Judgement) {
     let mut watch = Watch::new(scenario, world, reference);
     while !mission.is_over() {
         mission.round();

@@ -85,6 +85,14 @@ impl Folder {
         self.staging.clone()
     }
 
+    /// A file without a name on the disk of the directory, which is gone when it is closed.
+    ///
+    /// # Errors
+    /// If there can be none.
+    pub fn scratch(&self) -> io::Result<File> {
+        self.staging.with(|path| tempfile::tempfile_in(path))
+    }
+
     /// Writes one file, on the disk when this returns.
     ///
     /// # Errors

@@ -24,6 +24,7 @@ use prost::Message;
 use recordings::messages::{self, DroneState, Link};
 
 use mission::trace::{Frame, Trace};
+pub(crate) use scene::spatial;
 use schema::{drone_state, link};
 
 /// The frame of reference of the floor plan.
@@ -141,13 +142,13 @@ fn write_frame<W: Write + Seek>(
 
 /// A time of the mission.
 #[derive(Clone, Copy)]
-struct Moment {
+pub(crate) struct Moment {
     /// The time since the beginning of the mission.
-    micros: u64,
+    pub(crate) micros: u64,
 }
 
 impl Moment {
-    fn nanos(self) -> u64 {
+    pub(crate) fn nanos(self) -> u64 {
         self.micros.saturating_mul(1000)
     }
 

@@ -4,10 +4,12 @@ use std::fmt;
 
 use input::InputError;
 
+use super::bag::{BAG, BagFile, Place};
 use super::folder::{Folder, Streamed};
 use super::pictures::{self, Picture, PictureError};
 use super::{csv, mcap, report};
 use mission::trace::{Frame, Trace};
+use scenario::Scenario;
 
 /// A run's files could not be written.
 #[derive(Debug)]
@@ -46,6 +48,7 @@ impl From<PictureError> for OutputError {
 pub struct TraceFiles {
     csv: csv::Table<Streamed>,
     mcap: mcap::TraceFile<Streamed>,
+    bag: Option<BagFile<Streamed>>,
 }
 
 impl TraceFiles {
@@ -59,7 +62,22 @@ impl TraceFiles {
         Ok(Self {
             csv: csv.map_err(|error| folder.unwritten(CSV, &error))?,
             mcap: mcap.map_err(|error| folder.unwritten(MCAP, &error.into()))?,
+            bag: None,
         })
+    }
+
+    /// Writes a bag of ROS 2 as well, `bag.mcap` and `metadata.yaml`.
+    ///
+    /// # Errors
+    /// As [`TraceFiles::begin`].
+    pub fn with_bag(
+        self,
+        folder: &Folder,
+        trace: &Trace,
+        scenario: &Scenario,
+    ) -> Result<Self, OutputError> {
+        let bag = BagFile::new(trace, Place::of(scenario), folder.stream(BAG)?);
+        Ok(Self { bag: Some(bag.map_err(|error| folder.unwritten(BAG, &error))?), ..self })
     }
 
     /// Writes one frame.
@@ -75,7 +93,9 @@ impl TraceFiles {
         let written = self.csv.frame(trace, frame);
         written.map_err(|error| folder.unwritten(CSV, &error))?;
         let written = self.mcap.frame(trace, frame);
-        written.map_err(|error| folder.unwritten(MCAP, &error.into()))
+        written.map_err(|error| folder.unwritten(MCAP, &error.into()))?;
+        let written = self.bag.as_mut().map_or(Ok(()), |bag| bag.frame(trace, frame));
+        written.map_err(|error| folder.unwritten(BAG, &error))
     }
 
     /// Writes `summary.json`, ends both files, and writes the report and the pictures.
@@ -94,6 +114,12 @@ impl TraceFiles {
         let mcap = self.mcap.finish(trace);
         let mcap = mcap.map_err(|error| folder.unwritten(MCAP, &error.into()))?;
         folder.keep(mcap)?;
+        if let Some(bag) = self.bag {
+            let ended = bag.finish(trace).map_err(|error| folder.unwritten(BAG, &error))?;
+            let (bag, metadata) = ended;
+            folder.keep(bag)?;
+            folder.put_text("metadata.yaml", &metadata)?;
+        }
         write_report(folder, trace, summary)
     }
 }

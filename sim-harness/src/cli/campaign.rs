@@ -21,7 +21,7 @@ use super::{
 };
 use ::report::{CampaignOrigin, Folder, Origin};
 use measure::campaign::grid::{self, Axis, Shard};
-use measure::campaign::{Row, fly_rows};
+use measure::campaign::{CHUNK, Place, Row};
 use scenario::{Scenario, Setting};
 use terminal::Progress;
 use terminal::{FidelityArg, runs};
@@ -100,43 +100,47 @@ pub(super) fn run(args: &CampaignArgs) -> Result<Verdict, Trouble> {
     );
     let folder = args.common.folder()?;
     let journal = args.common.out.as_deref();
-    let mut journal = journal.map(|out| Journal::open(out, &campaign, args.resume)).transpose()?;
-    let former = journal.as_mut().map(Journal::take_rows).unwrap_or_default();
+    let journal = journal.map(|out| Journal::open(out, &campaign, args.resume)).transpose()?;
+    let mut former = journal.as_ref().map(|journal| journal.rows(&campaign)).transpose()?;
     let progress = Progress::new(campaign.missions().count() as u64, args.common.quiet);
     progress.say("missions");
     let mut report = Report::begin(&campaign, folder.as_ref())?;
-    let mut former = former.into_iter().peekable();
     for (point, scenario) in scenarios.iter().enumerate() {
-        let known = std::iter::from_fn(|| former.next_if(|row| row.point == point));
-        let mut rows: Vec<Row> = known.inspect(|_| progress.step()).collect();
-        rows.extend(fly(&campaign, scenario, point, &rows, stop, journal.as_ref(), &progress));
-        rows.sort_by_key(|row| row.seed.wrapping_sub(campaign.seed));
-        if let Some(journal) = &journal {
-            journal.is_written()?;
+        let place = Place::new(scenario, point);
+        report.begin_place(folder.as_ref(), point)?;
+        let mut missions = campaign.missions_at(point).peekable();
+        while missions.peek().is_some() {
+            let chunk: Vec<u64> = missions.by_ref().take(CHUNK).collect();
+            let mut rows = former.as_mut().map_or(Ok(Vec::new()), |it| it.of(point, &chunk))?;
+            rows.iter().for_each(|_| progress.step());
+            rows.extend(fly(&place, &chunk, &rows, stop, journal.as_ref(), &progress));
+            rows.sort_by_key(|row| row.seed.wrapping_sub(campaign.seed));
+            if let Some(journal) = &journal {
+                journal.is_written()?;
+            }
+            report.add(&campaign, folder.as_ref(), &rows)?;
         }
-        report.add(&campaign, folder.as_ref(), point, &rows)?;
+        report.end_place()?;
     }
     drop(progress);
     finish(&campaign, report, folder, journal, &args.common)
 }
 
-/// Flies those missions of one place of the grid of which there is no row yet.
+/// Flies those missions of a chunk of which there is no row yet.
 fn fly(
-    campaign: &Campaign,
-    scenario: &Scenario,
-    point: usize,
+    place: &Place<'_>,
+    chunk: &[u64],
     known: &[Row],
     stop: &AtomicBool,
     journal: Option<&Journal>,
     progress: &Progress,
 ) -> Vec<Row> {
-    let is_known = |seed: u64| known.binary_search_by_key(&seed, |row| row.seed).is_ok();
-    let seeds = campaign.missions().filter(|(place, seed)| *place == point && !is_known(*seed));
-    let seeds: Vec<u64> = seeds.map(|(_, seed)| seed).collect();
+    let is_known = |seed: &u64| known.binary_search_by_key(seed, |row| row.seed).is_ok();
+    let seeds: Vec<u64> = chunk.iter().copied().filter(|seed| !is_known(seed)).collect();
     if seeds.is_empty() {
         return Vec::new();
     }
-    fly_rows(stop, scenario, point, &seeds, |row| {
+    place.fly(stop, &seeds, |row| {
         if journal.is_some_and(|journal| !journal.add(row)) {
             stop_at_once(stop);
         }
@@ -219,8 +223,18 @@ fn crc32(scenarios: &[Scenario], runs: usize, seed: u64) -> String {
 impl Campaign {
     /// The place in the grid and the seed of each mission of this part, in order.
     fn missions(&self) -> impl Iterator<Item = (usize, u64)> {
-        let all = (0..self.points.len() * self.runs).filter(|mission| self.shard.has(*mission));
-        all.map(|n| (n / self.runs, self.seed.wrapping_add((n % self.runs) as u64)))
+        (0..self.points.len()).flat_map(|point| self.missions_at(point).map(move |it| (point, it)))
+    }
+
+    /// The seeds of the missions of this part at one place of the grid, in order.
+    fn missions_at(&self, point: usize) -> impl Iterator<Item = u64> {
+        let all = (0..self.runs).filter(move |n| self.shard.has(point * self.runs + n));
+        all.map(|n| self.seed.wrapping_add(n as u64))
+    }
+
+    /// The number of a mission over all places of the grid.
+    const fn number(&self, point: usize, seed: u64) -> usize {
+        point * self.runs + seed.wrapping_sub(self.seed) as usize
     }
 
     /// The origin that the folder of results records.

@@ -65,6 +65,9 @@ pub(super) struct RunArgs {
     /// Print the log messages of virtual drones on standard error
     #[arg(long)]
     log: bool,
+    /// Write a bag of ROS 2 (rosbag2, MCAP) into --out as well: bag.mcap and metadata.yaml
+    #[arg(long, requires = "out")]
+    bag: bool,
     /// Print the file of the built-in scenario, as a start for your own, and fly nothing
     #[arg(long)]
     show: bool,
@@ -201,7 +204,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     interrupt::ends();
     let mut folder = args.common.folder()?;
     let Flown { trace, files, metrics, judgement, aftermath } =
-        fly(&scenario, seed, args.common.quiet, fleet.as_ref(), folder.as_ref())?;
+        fly(&scenario, seed, args, fleet.as_ref(), folder.as_ref())?;
     let mut failures: Vec<_> = judgement.failures.iter().map(ToString::to_string).collect();
     failures.extend(aftermath.failures());
     let mut summary = summary(&scenario, seed, &trace, &metrics, &judgement, &failures);
@@ -269,13 +272,13 @@ struct Flown {
 fn fly(
     scenario: &Scenario,
     seed: u64,
-    quiet: bool,
+    args: &RunArgs,
     fleet: Option<&Fleet>,
     folder: Option<&Folder>,
 ) -> Result<Flown, Trouble> {
     let world = scenario.world();
     let reference = Reference::of(scenario, &world);
-    let progress = Progress::new(scenario.duration_us / ROUND_US, quiet);
+    let progress = Progress::new(scenario.duration_us / ROUND_US, args.common.quiet);
     progress.say("rounds");
     let mut mission = match fleet {
         None => Mission::new(scenario, &world, seed),
@@ -284,7 +287,11 @@ fn fly(
     let mut watch = Watch::new(scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);
     let mut thinning = Thinning::default();
-    let mut files = folder.map(|folder| TraceFiles::begin(folder, &trace)).transpose()?;
+    let begin = |folder| {
+        let files = TraceFiles::begin(folder, &trace)?;
+        if args.bag { files.with_bag(folder, &trace, scenario) } else { Ok(files) }
+    };
+    let mut files = folder.map(begin).transpose()?;
     while !mission.is_over() {
         mission.round();
         watch.look(&mission);

@@ -149,6 +149,35 @@ fn a_campaign_that_was_stopped_goes_on_to_the_same_bytes() {
     assert!(!journal.exists());
 }
 
+/// Missions are flown, and their rows read back, in chunks of 4,096. A row that stands among those of
+/// another chunk, as after a change by hand, is flown again.
+#[test]
+fn a_campaign_of_several_chunks_goes_on_to_the_same_bytes() {
+    let (folder, file) = (folder("chunks"), short());
+    let (whole, out) = (folder.join("whole"), folder.join("out"));
+    let [whole_text, out_text] = [&whole, &out].map(|path| path.to_str().unwrap());
+    let mut args = vec!["campaign", &file, "--runs", "4200", "--quiet", "--set", "duration_s=0.2"];
+    args.extend(["--set", "pilot=[]", "--out"]);
+    flown(&[&args[..], &[whole_text]].concat());
+    let mut child = Command::new(UCHAIN).args(&args).arg(out_text).spawn().unwrap();
+    let journal = folder.join("out.rows");
+    let lines = || fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
+    while lines() < 4110 && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    if !out.exists() {
+        let text = fs::read_to_string(&journal).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let moved = [&lines[..1], &lines[4100..4105], &lines[1..4090], &lines[4105..]].concat();
+        fs::write(&journal, moved.join("\n") + "\n").unwrap();
+    }
+    flown(&[&args[..], &[out_text, "--resume"]].concat());
+    same(&whole, &out);
+    assert!(!journal.exists());
+}
+
 #[test]
 fn a_mission_is_flown_again_from_its_results() {
     let folder = folder("again");

@@ -12,13 +12,14 @@ use world::World;
 
 use bodies::emulated::Emulated;
 use measure::campaign::{figures, fraction};
-use measure::metrics::{Reference, RunMetrics, measure, watched};
+use measure::metrics::{Reference, RunMetrics, watched};
 use mission::Mission;
 use scenario::RadioPreset;
 use scenario::{Fidelity, PilotStep, Scenario};
 
 use super::ablation;
 use super::cases::{self, Bound, COMPARED, Case, Target};
+use super::contender::Contender;
 pub use super::unknown::UnknownGaps;
 
 /// What to fly.
@@ -26,8 +27,8 @@ pub use super::unknown::UnknownGaps;
 pub struct Choice {
     /// The rows, by name; all where none is named.
     pub scenarios: Vec<String>,
-    /// The policies, by name; those of the scenario where none is named.
-    pub policies: Vec<String>,
+    /// The policies; those of the scenario where there are none.
+    pub policies: Vec<Contender>,
     /// Missions in each row.
     pub runs: usize,
     /// The first seed.
@@ -47,7 +48,7 @@ pub struct Row {
     /// The scenario's name.
     pub scenario: &'static str,
     /// The policy's name.
-    pub policy: &'static str,
+    pub policy: String,
     /// The number of missions.
     pub runs: usize,
     /// Name and value of each figure; an infinite value is `None`.
@@ -106,7 +107,7 @@ impl Row {
 /// The missions of one row, before they are flown.
 struct Campaign {
     case: &'static Case,
-    policy: &'static str,
+    policy: Contender,
 }
 
 /// The rows that a choice asks for.
@@ -123,14 +124,6 @@ fn campaigns(choice: &Choice) -> Result<Vec<Campaign>, InputError> {
             InputError::new(wrong, suggest::one_of(name, &names))
         })?);
     }
-    let mut policies = Vec::new();
-    for name in &choice.policies {
-        let found = NAMES.into_iter().find(|known| known == name);
-        policies.push(found.ok_or_else(|| {
-            let wrong = format!("there is no policy \"{name}\"");
-            InputError::new(wrong, suggest::one_of(name, &NAMES))
-        })?);
-    }
     if wanted.is_empty() {
         wanted.extend(cases);
     }
@@ -140,7 +133,10 @@ fn campaigns(choice: &Choice) -> Result<Vec<Campaign>, InputError> {
             Fidelity::Point => &COMPARED,
             Fidelity::Flight | Fidelity::Virtual => &["chain"],
         };
-        let policies = if policies.is_empty() { own.to_vec() } else { policies.clone() };
+        let policies = match choice.policies.as_slice() {
+            [] => own.iter().map(|name| Contender::BuiltIn(name)).collect(),
+            chosen => chosen.to_vec(),
+        };
         policies.into_iter().map(move |policy| Campaign { case, policy })
     });
     Ok(flown.collect())
@@ -158,12 +154,12 @@ pub fn count(choice: &Choice) -> Result<usize, InputError> {
 /// makes some.
 ///
 /// # Errors
-/// [`InputError`] for a scenario or a policy that there is not, and for a virtual drone that cannot
-/// go on.
+/// [`InputError`] for a scenario that there is not, for a virtual drone that cannot go on, and that of
+/// `after_each`, which is called after each mission.
 pub fn run(
     choice: &Choice,
     drones: Option<&MakeDrones<'_>>,
-    after_each: impl Fn() + Sync,
+    after_each: impl Fn() -> Result<(), InputError> + Sync,
 ) -> Result<Vec<Row>, InputError> {
     let campaigns = campaigns(choice)?;
     let mut rows = Vec::with_capacity(campaigns.len());
@@ -172,9 +168,10 @@ pub fn run(
         let ground = Ground::of(case.scenario, choice.fidelity, choice.radio)?;
         let unknown = UnknownGaps::of(&ground.world, &ground.reference);
         for Campaign { policy, .. } in of_case {
-            let Some(scenario) = ground.plain.with_policy(policy) else { continue };
-            let flown = ground.fly(case, &scenario, choice, drones, &after_each)?;
-            rows.push(Row { unknown, ..row(case, policy, &flown) });
+            let Some(scenario) = policy.flies(&ground.plain) else { continue };
+            let (name, policy) = (policy.name(), Some(policy));
+            let flown = ground.fly(case, &scenario, choice, drones, policy, &after_each)?;
+            rows.push(Row { unknown, ..row(case, name, &flown) });
         }
     }
     Ok(rows)
@@ -183,15 +180,18 @@ pub fn run(
 /// Flies the policy `chain` with one ingredient removed at a time.
 ///
 /// # Errors
-/// [`InputError`] for a scenario that the comparison does not have.
-pub fn run_ablation(choice: &Choice, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
+/// [`InputError`] for a scenario that the comparison does not have, and that of `after_each`.
+pub fn run_ablation(
+    choice: &Choice,
+    after_each: impl Fn() -> Result<(), InputError> + Sync,
+) -> Result<Vec<Row>, InputError> {
     let mut rows = Vec::new();
     for case in ablated(choice)? {
         let ground = Ground::of(case.scenario, Fidelity::Point, choice.radio)?;
         let unknown = UnknownGaps::of(&ground.world, &ground.reference);
         for variant in ablation::variants() {
             let scenario = with_config(&ground.plain, variant.config);
-            let flown = ground.fly(case, &scenario, choice, None, &after_each)?;
+            let flown = ground.fly(case, &scenario, choice, None, None, &after_each)?;
             rows.push(Row { unknown, ..row(case, variant.name, &flown) });
         }
     }
@@ -252,22 +252,30 @@ impl Ground {
         scenario: &Scenario,
         choice: &Choice,
         drones: Option<&MakeDrones<'_>>,
-        after_each: &(impl Fn() + Sync),
+        policy: Option<&Contender>,
+        after_each: &(impl Fn() -> Result<(), InputError> + Sync),
     ) -> Result<Vec<RunMetrics>, InputError> {
         let scenario = case.holds_s.map_or_else(|| scenario.clone(), |at| held(scenario, at));
         let all = (0..choice.runs as u64).into_par_iter().map(|n| {
             let seed = choice.seed.wrapping_add(n);
             let metrics = match drones {
                 Some(make) => self.fly_virtual(&scenario, seed, make)?,
-                None if case.is_recalled => {
-                    measure(&recalled(&scenario, seed), &self.world, &self.reference, seed)
-                }
-                None => measure(&scenario, &self.world, &self.reference, seed),
+                None if case.is_recalled => self.measure(&recalled(&scenario, seed), seed, policy),
+                None => self.measure(&scenario, seed, policy),
             };
-            after_each();
+            after_each()?;
             Ok(metrics)
         });
         all.collect()
+    }
+
+    fn measure(&self, scenario: &Scenario, seed: u64, policy: Option<&Contender>) -> RunMetrics {
+        let mission = Mission::new(scenario, &self.world, seed);
+        let mut mission = match policy {
+            Some(policy) => policy.begin(mission, seed),
+            None => mission,
+        };
+        watched(scenario, &self.world, &self.reference, &mut mission)
     }
 
     fn fly_virtual(
@@ -313,7 +321,7 @@ fn recalled(scenario: &Scenario, seed: u64) -> Scenario {
     Scenario { pilot, ..scenario.clone() }
 }
 
-fn row(case: &'static Case, policy: &'static str, flown: &[RunMetrics]) -> Row {
+fn row(case: &'static Case, policy: &str, flown: &[RunMetrics]) -> Row {
     let measured = figures(flown);
     let value = |wanted: &str| {
         let found = measured.iter().find(|figure| figure.name == wanted);
@@ -331,7 +339,7 @@ fn row(case: &'static Case, policy: &'static str, flown: &[RunMetrics]) -> Row {
     });
     Row {
         scenario: case.name,
-        policy,
+        policy: policy.to_owned(),
         runs: flown.len(),
         figures: figures.collect(),
         bound_s: value("bound_s").filter(|value| value.is_finite()),

@@ -2,6 +2,7 @@
 
 pub mod ablation;
 pub mod cases;
+mod contender;
 pub mod drawn;
 pub mod measure;
 mod unknown;
@@ -14,6 +15,7 @@ use clap::builder::PossibleValuesParser;
 use input::InputError;
 
 use self::cases::Bound;
+pub use self::contender::{Contender, MakeLaw};
 use self::measure::{Choice, MakeDrones, Row};
 use super::{Benchmark, Outcome, Session};
 use bodies::emulated::Firmware;
@@ -90,7 +92,7 @@ impl ChainBench {
         let choice = Choice {
             fidelity,
             scenarios: self.scenario.clone(),
-            policies: self.policy.clone(),
+            policies: Contender::all(&self.policy)?,
             runs: runs(self.runs.unwrap_or(default_runs(fidelity)))?,
             seed: session.seed,
             radio: self.radio.as_deref().and_then(RadioPreset::named),
@@ -106,7 +108,10 @@ impl ChainBench {
             .map(|firmware| |scenario: &Scenario, seed| firmware.fleet(scenario, seed));
         let make = make.as_ref().map(|make| make as &MakeDrones<'_>);
         let progress = session.progress(total, "missions");
-        let step = || progress.step();
+        let step = || {
+            progress.step();
+            Ok(())
+        };
         let rows = if self.ablation {
             measure::run_ablation(&choice, step)?
         } else {

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde_json::{Map, Value, json};
 
-use super::{Estimate, Outcome, Run, finite, fraction};
+use super::estimate::{Estimate, finite, share};
+use super::{Outcome, Run};
 use crate::verdict::Ended;
 
 /// The most seeds that are listed for a failure.
@@ -37,45 +38,9 @@ impl Verdicts {
     /// The verdicts of these missions.
     #[must_use]
     pub fn of(runs: &[Run]) -> Self {
-        let outcomes: Vec<_> =
-            runs.iter().map(|run| (run.seed, Outcome::of(&run.judgement))).collect();
-        Self::of_outcomes(&outcomes)
-    }
-
-    /// The verdicts of missions with these seeds and outcomes.
-    #[must_use]
-    pub fn of_outcomes(runs: &[(u64, Outcome)]) -> Self {
-        let mut names: Vec<&String> = Vec::new();
-        for name in runs.iter().flat_map(|(_, outcome)| &outcome.failures) {
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        let has = |outcome: &Outcome, name: &String| outcome.failures.contains(name);
-        let share = |name: &String| {
-            let seeds = runs.iter().filter(|(_, outcome)| has(outcome, name));
-            let seeds = seeds.map(|(seed, _)| *seed).take(MOST_SEEDS).collect();
-            let estimate = fraction(runs, |(_, outcome)| has(outcome, name));
-            Share { name: name.clone(), estimate, seeds }
-        };
-        let mut failures: Vec<_> = names.into_iter().map(share).collect();
-        failures.sort_by(|a, b| b.estimate.value.total_cmp(&a.estimate.value));
-        let ended = Ended::ALL.into_iter().map(|why| {
-            let is = |(_, outcome): &(u64, Outcome)| outcome.ended == Some(why);
-            (why, fraction(runs, is).value)
-        });
-        let mean = |of: &dyn Fn(&Outcome) -> f32| {
-            let values = runs.iter().map(|(_, outcome)| f64::from(of(outcome)));
-            values.sum::<f64>() / runs.len().max(1) as f64
-        };
-        Self {
-            missions: runs.len(),
-            success: fraction(runs, |(_, outcome)| outcome.failures.is_empty()),
-            failures,
-            ended: ended.filter(|(_, share)| *share > 0.0).collect(),
-            depth: mean(&depth),
-            stood_s: mean(&|outcome| outcome.stood_s),
-        }
+        let mut tally = Tally::default();
+        runs.iter().for_each(|run| tally.add(run.seed, &Outcome::of(&run.judgement)));
+        tally.verdicts()
     }
 
     /// The number of missions that failed.
@@ -130,6 +95,73 @@ impl Verdicts {
             );
         }
         text
+    }
+}
+
+/// Counts verdicts that come one by one.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    missions: usize,
+    successes: usize,
+    /// The failures in the order in which they first came, each with the number of missions and their
+    /// first seeds.
+    failures: Vec<(String, usize, Vec<u64>)>,
+    ended: [usize; Ended::ALL.len()],
+    depth: f64,
+    stood_s: f64,
+}
+
+impl Tally {
+    /// Adds the outcome of the mission of a seed.
+    pub fn add(&mut self, seed: u64, outcome: &Outcome) {
+        self.missions += 1;
+        self.successes += usize::from(outcome.failures.is_empty());
+        for (n, name) in outcome.failures.iter().enumerate() {
+            if !outcome.failures[..n].contains(name) {
+                self.add_failure(seed, name);
+            }
+        }
+        for (count, why) in self.ended.iter_mut().zip(Ended::ALL) {
+            *count += usize::from(outcome.ended == Some(why));
+        }
+        self.depth += f64::from(depth(outcome));
+        self.stood_s += f64::from(outcome.stood_s);
+    }
+
+    fn add_failure(&mut self, seed: u64, name: &String) {
+        match self.failures.iter_mut().find(|(known, ..)| known == name) {
+            Some((_, count, seeds)) => {
+                *count += 1;
+                if seeds.len() < MOST_SEEDS {
+                    seeds.push(seed);
+                }
+            }
+            None => self.failures.push((name.clone(), 1, vec![seed])),
+        }
+    }
+
+    /// The verdicts of all that were added.
+    #[must_use]
+    pub fn verdicts(&self) -> Verdicts {
+        let missions = self.missions;
+        let of = |(name, count, seeds): &(String, usize, Vec<u64>)| Share {
+            name: name.clone(),
+            estimate: share(*count, missions),
+            seeds: seeds.clone(),
+        };
+        let mut failures: Vec<_> = self.failures.iter().map(of).collect();
+        failures.sort_by(|a, b| b.estimate.value.total_cmp(&a.estimate.value));
+        let ended = Ended::ALL.into_iter().zip(self.ended);
+        let ended = ended.map(|(why, count)| (why, share(count, missions).value));
+        let mean = |sum: f64| sum / missions.max(1) as f64;
+        Verdicts {
+            missions,
+            success: share(self.successes, missions),
+            failures,
+            ended: ended.filter(|(_, share)| *share > 0.0).collect(),
+            depth: mean(self.depth),
+            stood_s: mean(self.stood_s),
+        }
     }
 }
 

@@ -283,12 +283,12 @@ fn point3(x: f32, y: f32, z: f32) -> Point3 {
     Point3 { x: f64::from(x), y: f64::from(y), z: f64::from(z) }
 }
 
-/// A turn about the vertical.
 /// Point and height.
-pub(super) fn spatial(drone: &DroneFrame) -> [f32; 3] {
+pub(crate) fn spatial(drone: &DroneFrame) -> [f32; 3] {
     [drone.pose.at.x, drone.pose.at.y, drone.height]
 }
 
+/// A turn about the vertical.
 fn heading(yaw: f32) -> Quaternion {
     let (sin, cos) = libm::sincos(f64::from(yaw) / 2.0);
     Quaternion { x: 0.0, y: 0.0, z: sin, w: cos }

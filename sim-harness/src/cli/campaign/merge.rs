@@ -33,14 +33,15 @@ pub(super) fn run(folders: &[PathBuf], common: &Common) -> Result<Verdict, Troub
     interrupt::ends();
     let folder = common.folder()?;
     let mut report = Report::begin(&campaign, folder.as_ref())?;
-    let mut missions = campaign.missions().enumerate().peekable();
+    let count = readers.len();
     for point in 0..campaign.points.len() {
-        let mut rows = Vec::with_capacity(campaign.runs);
-        while let Some((n, (_, seed))) = missions.next_if(|(_, (place, _))| *place == point) {
-            let count = readers.len();
-            rows.push(readers[n % count].row(&campaign, point, seed)?);
+        report.begin_place(folder.as_ref(), point)?;
+        for seed in campaign.missions_at(point) {
+            let part = campaign.number(point, seed) % count;
+            let row = readers[part].row(&campaign, point, seed)?;
+            report.add(&campaign, folder.as_ref(), &[row])?;
         }
-        report.add(&campaign, folder.as_ref(), point, &rows)?;
+        report.end_place()?;
     }
     finish(&campaign, report, folder, None, common)
 }

@@ -1,13 +1,15 @@
 //! The files and the table of a campaign, made from its rows.
 
 use std::fmt::Write;
+use std::fs::File;
+use std::io;
 
 use input::InputError;
 use serde_json::{Map, Value, json};
 
 use super::Campaign;
 use crate::cli::{Common, Trouble};
-use measure::campaign::{COLUMNS, Figure, Row, Verdicts, figures, json as figures_json};
+use measure::campaign::{COLUMNS, Figure, Figures, Row, Tally, Verdicts, json as figures_json};
 use report::{Folder, RunsParquet, Streamed};
 use scenario::Setting;
 
@@ -20,12 +22,23 @@ const RUNS_PARQUET: &str = "runs.parquet";
 pub(super) struct Report {
     tables: Option<Tables>,
     places: Vec<Place>,
+    /// The place whose rows come.
+    current: Option<Counted>,
     /// How many missions were flown.
     pub(super) flown: usize,
     /// How many of them failed.
     pub(super) failed: usize,
     /// The values of the varied keys at each place, as they are written.
     keys: Vec<Vec<String>>,
+}
+
+/// The rows of one place of the grid, as far as they have come. Their memory does not grow with their
+/// number.
+struct Counted {
+    point: usize,
+    runs: usize,
+    tally: Tally,
+    figures: Figures<File>,
 }
 
 /// The figures of one place of the grid.
@@ -91,31 +104,54 @@ impl Report {
         };
         let keys = campaign.points.iter().map(|point| point.iter().map(value).collect()).collect();
         let tables = folder.map(|folder| Tables::begin(campaign, folder)).transpose()?;
-        Ok(Self { tables, places: Vec::new(), flown: 0, failed: 0, keys })
+        Ok(Self { tables, places: Vec::new(), current: None, flown: 0, failed: 0, keys })
     }
 
-    /// Adds the rows of a place, in the order of the seeds.
+    /// Begins with the rows of a place.
+    pub(super) fn begin_place(
+        &mut self,
+        folder: Option<&Folder>,
+        point: usize,
+    ) -> Result<(), InputError> {
+        let scratch = folder.map_or_else(tempfile::tempfile, Folder::scratch);
+        let figures = Figures::new(scratch.map_err(|error| unkept(&error))?);
+        self.current = Some(Counted { point, runs: 0, tally: Tally::default(), figures });
+        Ok(())
+    }
+
+    /// Adds rows of the place, in the order of the seeds.
     pub(super) fn add(
         &mut self,
         campaign: &Campaign,
         folder: Option<&Folder>,
-        point: usize,
         rows: &[Row],
     ) -> Result<(), InputError> {
-        if let Some((folder, tables)) = folder.zip(self.tables.as_mut()) {
-            for row in rows {
+        let Some(place) = &mut self.current else { return Ok(()) };
+        let point = place.point;
+        for row in rows {
+            if let Some((folder, tables)) = folder.zip(self.tables.as_mut()) {
                 tables.add(folder, &self.keys[point], &campaign.points[point], row)?;
             }
+            place.runs += 1;
+            place.tally.add(row.seed, &row.outcome);
+            place.figures.add(&row.metrics).map_err(|error| unkept(&error))?;
         }
-        if rows.is_empty() {
+        Ok(())
+    }
+
+    /// Makes the figures of the place.
+    pub(super) fn end_place(&mut self) -> Result<(), InputError> {
+        let Some(Counted { point, runs, tally, figures }) = self.current.take() else {
+            return Ok(());
+        };
+        if runs == 0 {
             return Ok(());
         }
-        let outcomes: Vec<_> = rows.iter().map(|row| (row.seed, row.outcome.clone())).collect();
-        let metrics: Vec<_> = rows.iter().map(|row| row.metrics).collect();
-        let verdicts = Verdicts::of_outcomes(&outcomes);
-        self.flown += rows.len();
+        let verdicts = tally.verdicts();
+        let figures = figures.finish().map_err(|error| unkept(&error))?;
+        self.flown += runs;
         self.failed += verdicts.failed();
-        self.places.push(Place { point, runs: rows.len(), verdicts, figures: figures(&metrics) });
+        self.places.push(Place { point, runs, verdicts, figures });
         Ok(())
     }
 
@@ -186,6 +222,14 @@ impl Report {
             }
         }
     }
+}
+
+/// The values of which quantiles are made could not be kept.
+fn unkept(error: &io::Error) -> InputError {
+    let wrong = format!("the times of the missions cannot be kept in a temporary file: {error}");
+    let remedy =
+        "make room on the disk of --out or, without --out, of the folder for temporary files";
+    InputError::new(wrong, remedy)
 }
 
 /// The number of missions that were flown, and of how many where that is fewer.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::drawing::Drawn;
 use super::flown::{self, Flown};
+use crate::chain::Contender;
 use scenario::Fidelity;
 
 /// What to fly.
@@ -17,8 +18,8 @@ pub struct Choice {
     pub seed: u64,
     /// How closely the drones are simulated.
     pub fidelity: Fidelity,
-    /// The names of the policies.
-    pub policies: Vec<String>,
+    /// The policies.
+    pub policies: Vec<Contender>,
 }
 
 /// One drawn place and how each policy flew there.
@@ -34,14 +35,17 @@ pub struct Row {
 /// Draws the places and flies every policy in them.
 ///
 /// # Errors
-/// [`InputError`] for a policy that there is not.
-pub fn run(choice: &Choice, after_each: impl Fn() + Sync) -> Result<Vec<Row>, InputError> {
+/// That of `after_each`, which is called after each mission.
+pub fn run(
+    choice: &Choice,
+    after_each: impl Fn() -> Result<(), InputError> + Sync,
+) -> Result<Vec<Row>, InputError> {
     let seeds = (0..choice.places as u64).into_par_iter().map(|n| choice.seed.wrapping_add(n));
     let rows = seeds.map(|seed| {
         let drawn = Drawn::of(seed, choice.fidelity)?;
-        let fly = |policy: &String| {
+        let fly = |policy: &Contender| {
             let flown = flown::fly(&drawn, policy)?;
-            after_each();
+            after_each()?;
             Ok(flown)
         };
         let flown: Result<Vec<_>, InputError> = choice.policies.iter().map(fly).collect();

@@ -28,7 +28,7 @@ use serde_json::{Value, json};
 use self::flown::{Cause, Flown, QUICK};
 use self::measure::{Choice, Row};
 use self::totals::{Total, Totals};
-use super::ChainBench;
+use super::{ChainBench, Contender};
 use crate::{Outcome, Session};
 use report::Folder;
 use scenario::Fidelity;
@@ -48,12 +48,17 @@ pub(super) fn bench(
         let wrong = "drawn places have no virtual drones".to_owned();
         return Err(InputError::new(wrong, "give --fidelity point or flight"));
     }
-    let policies =
-        if args.policy.is_empty() { vec!["chain".to_owned()] } else { args.policy.clone() };
+    let policies = match args.policy.as_slice() {
+        [] => vec![Contender::BuiltIn("chain")],
+        names => Contender::all(names)?,
+    };
     let choice =
         Choice { places: counted("--drawn", places)?, seed: session.seed, fidelity, policies };
     let progress = session.progress(choice.places * choice.policies.len(), "missions");
-    let rows = measure::run(&choice, || progress.step())?;
+    let rows = measure::run(&choice, || {
+        progress.step();
+        Ok(())
+    })?;
     drop(progress);
     if let Some(folder) = &mut session.folder {
         keep(folder, &rows, args.each)?;
@@ -77,10 +82,11 @@ fn keep(folder: &mut Folder, rows: &[Row], keeps_all: bool) -> Result<(), InputE
 }
 
 /// The totals of each policy.
-fn totals(choice: &Choice, rows: &[Row]) -> Vec<Totals> {
-    let of = |(n, policy): (usize, &String)| {
+#[must_use]
+pub fn totals(choice: &Choice, rows: &[Row]) -> Vec<Totals> {
+    let of = |(n, policy): (usize, &Contender)| {
         let flown: Vec<_> = rows.iter().filter_map(|row| row.flown.get(n)).collect();
-        Totals::of(policy, &flown)
+        Totals::of(policy.name(), &flown)
     };
     choice.policies.iter().enumerate().map(of).collect()
 }

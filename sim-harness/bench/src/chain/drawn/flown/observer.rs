@@ -9,6 +9,7 @@ use world::{Known, SkeletonPlace, World};
 use super::push::Push;
 use super::rest::Rest;
 use super::{APART_M, Cause, DEEP, Flown, Left, QUICK, WEAK};
+use crate::chain::Contender;
 use crate::chain::drawn::drawing::Drawn;
 use measure::oracle::Oracle;
 use mission::{Gains, Linked, Mission, ROUND_US};
@@ -26,14 +27,15 @@ const WIDER_M: f32 = 0.2;
 ///
 /// # Errors
 /// [`InputError`] for a policy that there is not.
-pub fn fly(drawn: &Drawn, policy: &str) -> Result<Flown, InputError> {
-    let Some(scenario) = drawn.scenario.with_policy(policy) else {
-        let wrong = format!("there is no policy \"{policy}\"");
-        return Err(InputError::new(wrong, suggest::one_of(policy, &NAMES)));
+pub fn fly(drawn: &Drawn, policy: &Contender) -> Result<Flown, InputError> {
+    let Some(scenario) = policy.flies(&drawn.scenario) else {
+        let wrong = format!("there is no policy \"{}\"", policy.name());
+        return Err(InputError::new(wrong, suggest::one_of(policy.name(), &NAMES)));
     };
     debug_assert!(scenario.mission == MissionKind::Chain);
-    let mut mission = Mission::new(&scenario, &drawn.world, drawn.seed);
-    let mut observer = Observer::of(drawn, &scenario);
+    let mission = Mission::new(&scenario, &drawn.world, drawn.seed);
+    let mut mission = policy.begin(mission, drawn.seed);
+    let mut observer = Observer::of(drawn, &scenario, policy.name());
     while !mission.is_over() {
         mission.round();
         observer.look(&mission);
@@ -45,6 +47,7 @@ pub fn fly(drawn: &Drawn, policy: &str) -> Result<Flown, InputError> {
 struct Observer<'a> {
     drawn: &'a Drawn,
     scenario: &'a Scenario,
+    policy: &'a str,
     oracle: &'a Oracle,
     gains: Gains,
     begins_s: f32,
@@ -65,7 +68,7 @@ struct Observer<'a> {
 }
 
 impl<'a> Observer<'a> {
-    fn of(drawn: &'a Drawn, scenario: &'a Scenario) -> Self {
+    fn of(drawn: &'a Drawn, scenario: &'a Scenario, policy: &'a str) -> Self {
         let members = scenario.drones.members();
         let explores =
             |task: Order| matches!(task, Order::Explore(course) if course.speed.0 != 0.0);
@@ -75,6 +78,7 @@ impl<'a> Observer<'a> {
         Self {
             drawn,
             scenario,
+            policy,
             oracle: &drawn.oracle,
             gains: Gains::of(&scenario.radio, members, drawn.seed),
             begins_s: seconds(begins),
@@ -196,7 +200,7 @@ impl<'a> Observer<'a> {
         let head = self.rests_m;
         Flown {
             seed: self.drawn.seed,
-            policy: self.scenario.policy.clone(),
+            policy: self.policy.to_owned(),
             oracle_m: self.oracle.depth_m,
             oracle_s,
             ended: self.oracle.ended.name(),
