@@ -130,7 +130,9 @@ impl<const BYTES: usize> Sight for GridMap<BYTES> {
             View::Beside => sees(middle, |state| state != CellState::Occupied),
             View::Afar(_) => {
                 let mut edge = tile.cells(frame).filter(|&cell| self.is_frontier(cell));
-                sees(middle, is_free) || edge.any(|cell| sees(cell, is_free))
+                // Drones look at nothing from afar, and their flash has no room for it.
+                let looks_at_edges = cfg!(feature = "straight");
+                sees(middle, is_free) || looks_at_edges && edge.any(|cell| sees(cell, is_free))
             }
         }
     }
