@@ -108,7 +108,7 @@ impl View {
 /// What can be seen from where, by the map.
 pub trait Sight {
     /// Whether a robot in this cell can look at the tile: no obstacle lies between, and, from afar, nothing
-    /// unknown.
+    /// unknown. From afar sight of one of its frontiers suffices: a gap of one cell may hide the tile's middle.
     fn shows(&self, cell: Cell, tile: Tile, view: View) -> bool;
 }
 
@@ -120,11 +120,20 @@ impl<const BYTES: usize> Sight for GridMap<BYTES> {
             return false;
         }
         let frame = self.frame();
-        let line = frame.line(frame.centre(cell), tile.centre(frame));
-        let mut before = line.take_while(|&on_the_way| Tile::of(on_the_way) != Some(tile));
+        let sees = |end: Cell, is_open: fn(CellState) -> bool| {
+            let line = frame.line(frame.centre(cell), frame.centre(end));
+            let mut before = line.take_while(|&on_the_way| Tile::of(on_the_way) != Some(tile));
+            before.all(|cell| is_open(self.state(cell)))
+        };
+        let is_free = |state| state == CellState::Free;
         match view {
-            View::Beside => before.all(|cell| self.state(cell) != CellState::Occupied),
-            View::Afar(_) => before.all(|cell| self.state(cell) == CellState::Free),
+            View::Beside => sees(middle, |state| state != CellState::Occupied),
+            View::Afar(_) => {
+                let mut edge = tile.cells(frame).filter(|&cell| self.is_frontier(cell));
+                // Drones look at nothing from afar, and their flash has no room for it.
+                let looks_at_edges = cfg!(feature = "straight");
+                sees(middle, is_free) || looks_at_edges && edge.any(|cell| sees(cell, is_free))
+            }
         }
     }
 }

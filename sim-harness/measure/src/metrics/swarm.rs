@@ -4,7 +4,7 @@ use agent::{Duty, LandReason, State, SwarmConfig, SwarmDuty};
 use units::{Metres, MissionKind, Point2};
 use world::World;
 
-use crate::truth::{Truth, frame_about};
+use crate::truth::{Reached, frame_about};
 use bodies::Body;
 use mission::Mission;
 use scenario::Scenario;
@@ -126,12 +126,12 @@ fn area_of(scenario: &Scenario, world: &World, starts: &[Point2]) -> Uncovered {
     let Some(frame) = frame_about((corner, area), starts) else {
         return Uncovered { left: Vec::new(), cells: 0 };
     };
-    let truth = Truth::new(frame, world, scenario.vehicle.radius, starts);
+    let reached = Reached::new(frame, world, scenario.vehicle.radius, starts);
     let is_within = |at: &Point2| {
         let (x, y) = (at.x - corner.x, at.y - corner.y);
         (0.0..=east.0).contains(&x) && (0.0..=north.0).contains(&y)
     };
-    let centres = truth.reached().map(|cell| frame.centre(cell));
+    let centres = reached.cells().map(|cell| frame.centre(cell));
     let left: Vec<_> = centres.filter(is_within).collect();
     Uncovered { cells: left.len(), left }
 }
