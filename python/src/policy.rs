@@ -121,7 +121,7 @@ impl Laws {
 
     /// The speed law of a mission; `of` names the mission in messages.
     pub(crate) fn law(&self, of: String) -> Box<Law> {
-        let borrowed = self.borrow();
+        let borrowed = self.borrow(&of);
         let told = self.raised.clone();
         let law = move |drone: usize, front: LinkEnd, back: LinkEnd| {
             let Some(called) = borrowed.called.as_ref().filter(|_| !told.is_set()) else {
@@ -130,7 +130,9 @@ impl Laws {
             let asked = Python::attach(|py| {
                 let ends = (drone, front.rssi.0, front.velocity.0, back.rssi.0, back.velocity.0);
                 let asked = called.call(py, ends, || format!("drone {drone}{of}"));
-                asked.inspect_err(|error| note(py, error, drone, &of))
+                asked.inspect_err(|error| {
+                    note(py, error, &of, &format!("the policy was called for drone {drone}{of}"));
+                })
             });
             asked.map_or_else(
                 |error| {
@@ -143,12 +145,19 @@ impl Laws {
         Box::new(law)
     }
 
-    fn borrow(&self) -> Borrowed {
+    fn borrow(&self, of: &str) -> Borrowed {
+        if self.raised.is_set() {
+            return Borrowed { called: None, idle: Idle::default() };
+        }
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let called = idle.or_else(|| {
             let made = Python::attach(|py| {
-                let policy = self.policy.clone_ref(py);
-                let policy = if self.is_class { policy.call0(py)? } else { policy };
+                let policy = match self.is_class {
+                    true => self.policy.call0(py).inspect_err(|error| {
+                        note(py, error, of, &format!("the policy was made for the mission{of}"));
+                    })?,
+                    false => self.policy.clone_ref(py),
+                };
                 Called::new(py, "policy", policy, self.timeout_s)
             });
             made.map_err(|error| self.raised.set(error)).ok()
@@ -159,11 +168,10 @@ impl Laws {
     }
 }
 
-/// Says in an error of a campaign for which drone of which mission the policy was called, where it does
-/// not say so itself. Python before 3.11 has no notes.
-fn note(py: Python<'_>, error: &PyErr, drone: usize, of: &str) {
+/// Says in an error of a campaign of which mission it is, by this text, where it does not say so itself.
+/// Python before 3.11 has no notes.
+fn note(py: Python<'_>, error: &PyErr, of: &str, text: &str) {
     if !of.is_empty() && !error.to_string().contains(of) {
-        let text = format!("the policy was called for drone {drone}{of}");
         let _ = error.value(py).call_method1("add_note", (text,));
     }
 }

@@ -7,8 +7,9 @@ metres per second, ``_dbm`` dBm, ``_db`` decibels.
 >>> mission = uchain.run("straight", seed=1)
 >>> table = uchain.campaign("straight", seeds=100, vary={"radio.packet_loss": [0.0, 0.2, 0.4]})
 
-Tables have the Arrow PyCapsule interface, so that ``polars.DataFrame(table)``,
-``pyarrow.table(table)`` and ``pandas.DataFrame.from_arrow(table)`` read them without copying.
+Tables have the Arrow PyCapsule interface, so that ``polars.DataFrame(table)`` and
+``pyarrow.table(table)`` read them without copying. ``pandas.DataFrame.from_arrow(table)`` reads them
+from pandas 3.0 on, and needs pyarrow.
 """
 
 from __future__ import annotations
@@ -42,7 +43,9 @@ __all__ = [
     "scenarios",
 ]
 
-Speed = Callable[[int, float, float, float, float], float]
+_Law = Callable[[int, float, float, float, float], float]
+#: A policy: a callable, or a class of which an object is made for each mission.
+Speed = Union[_Law, Callable[[], _Law]]
 
 
 class Mission:
@@ -111,7 +114,7 @@ class Simulation(_Simulation):
         timeout_s: float = 10.0,
         **keys: Any,
     ) -> "Simulation":
-        callback, keys = _with_policy(policy, _with_law(keys))
+        callback, keys = _with_policy(policy, _with_law(_checked(keys)))
         return super().__new__(
             cls,
             _os.fspath(scenario),
@@ -145,8 +148,9 @@ def run(
         round of 0.2 s for each relay that hears both of its neighbours, with the relay's number, the
         filtered strength of its link to the neighbour in front, dBm, that neighbour's velocity along
         the tunnel, m/s, positive towards the head, and both of the neighbour behind. It returns the
-        relay's forward velocity, m/s. Of a class, an object is made. The filter, the clearance from neighbours and the largest speed
-        remain those of the scenario's policy (the key ``policy.name``).
+        relay's forward velocity, m/s. Of a class, an object is made. The filter, the clearance from
+        neighbours and the largest speed remain those of the scenario's policy (the key
+        ``policy.name``).
     :param timeout_s: the longest time of a call of the policy, in seconds.
     :param keys: other values of keys of the scenario: ``radio={"packet_loss": 0.3}`` or
         ``**{"radio.packet_loss": 0.3}``; and ``radio_law``, a :class:`RadioLaw` in place of the
@@ -154,7 +158,7 @@ def run(
     :raises ValueError: where the input cannot be used, with the line that the command prints.
     :raises TimeoutError: where a call of the policy takes longer than ``timeout_s``.
     """
-    callback, keys = _with_policy(policy, _with_law(keys))
+    callback, keys = _with_policy(policy, _with_law(_checked(keys)))
     return Mission(_fly(_os.fspath(scenario), seed, callback, timeout_s, keys), seed)
 
 
@@ -181,9 +185,10 @@ def campaign(
         result does not depend on it.
     :param policy: as for :func:`run`. A callable is called for the missions of all threads, of which one
         at a time runs Python. A policy that remembers something is given as its class, of which an
-        object is made for each mission. With a callable, ``out`` and ``on`` are left out. When a call fails, no further mission begins, and the error comes out
-        with a note of the seed.
-    :param timeout_s: the longest time of a call of the policy, in seconds.
+        object is made for each mission. With a callable, ``out`` and ``on`` are left out. When a call
+        fails, no further mission begins, and the error comes out with a note of the seed.
+    :param timeout_s: the longest time of a call of the policy, in seconds. The time counts the waits for
+        other threads' calls; with many threads give a longer ``timeout_s``.
     :param on: where it is flown: on the ``"threads"`` of this machine, or ``"ray"``: as tasks of a
         cluster of Ray, one for each part. A part whose worker dies is flown again.
     :param out: the folder for the results, with the files of ``uchain campaign --out``; ``on="ray"``
@@ -204,8 +209,11 @@ def campaign(
             "a policy of Python flies on this machine's threads only; leave out= and on= out, or give the "
             "name of a policy"
         )
-    callback, keys = _with_policy(policy, _with_law(keys))
-    vary = {"policy.name" if key == "policy" else key: values for key, values in (vary or {}).items()}
+    callback, keys = _with_policy(policy, _with_law(_checked(keys)))
+    vary = dict(vary or {})
+    if "policy" in vary and "policy.name" in vary:
+        raise ValueError('"policy" stands for "policy.name"; give one of them')
+    vary = {"policy.name" if key == "policy" else key: values for key, values in vary.items()}
     seeds = range(1, seeds + 1) if isinstance(seeds, int) else list(seeds)
     if threads is not None and threads < 1:
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
@@ -227,16 +235,14 @@ def campaign(
             return _cluster.here(words, folder, threads)
         return _cluster.on_ray(words, folder, min(parts, _missions(seeds, vary)))
     called = None if callback is None else (callback, timeout_s)
-    return _fly_campaign(
-        _os.fspath(scenario), list(seeds), dict(vary or {}), threads or 0, called, keys
-    )
+    return _fly_campaign(_os.fspath(scenario), list(seeds), vary, threads or 0, called, keys)
 
 
 def compare(
     policies: Union[Speed, Mapping[str, Speed]],
-    against: Iterable[str] = ("chain", "k-tuned"),
+    against: Union[str, Iterable[str]] = ("chain", "k-tuned"),
     *,
-    scenarios: Iterable[str] = (),
+    scenarios: Union[str, Iterable[str]] = (),
     drawn: bool = False,
     runs: int = 40,
     seed: int = 1,
@@ -249,23 +255,24 @@ def compare(
     >>> uchain.compare(policy, against=["k-tuned"], scenarios=["s-turns-5"])
 
     :param policies: a callable as :func:`run` takes it, whose rows are called ``python``, or several by
-        the names of their rows.
-    :param against: the names of the built-in policies.
-    :param scenarios: the scenarios of the benchmark; where left out, all of them.
+        the names of their rows. Classes are taken, too, of which an object is made for each mission.
+    :param against: the names of the built-in policies, or one name.
+    :param scenarios: the scenarios of the benchmark, or one; where left out, all of them.
     :param drawn: fly in places that the seeds draw instead, beside an oracle, as
         ``uchain bench chain --drawn``.
     :param runs: the number of missions of a row, or of places.
     :param seed: the first seed.
     :param fidelity: ``"point"`` or ``"flight"``.
     :param threads: as for :func:`campaign`.
-    :param timeout_s: the longest time of a call of a policy, in seconds.
+    :param timeout_s: the longest time of a call of a policy, in seconds. The time counts the waits for
+        other threads' calls; with many threads give a longer ``timeout_s``.
     :returns: a table with a row for each scenario and policy, and a column for each figure that the
         benchmark has in one of the scenarios; null where it has it not in this one, infinite for a time
         that never came. With ``drawn``, a row for each policy, and for each figure its value and the
         limits of its 95 % interval, ``…_low`` and ``…_high``.
     """
     own = list(({"python": policies} if callable(policies) else dict(policies)).items())
-    against = list(against)
+    against = [against] if isinstance(against, str) else list(against)
     for name, policy in own:
         if not callable(policy):
             raise ValueError(f"{name}: this is no callable; give names of built-in policies as against=")
@@ -279,7 +286,7 @@ def compare(
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
     if fidelity not in ("point", "flight"):
         raise ValueError(f'fidelity="{fidelity}" is no level here; give "point" or "flight"')
-    scenarios = list(scenarios)
+    scenarios = [scenarios] if isinstance(scenarios, str) else list(scenarios)
     if drawn and scenarios:
         raise ValueError("drawn places are no scenarios of the benchmark; leave scenarios= or drawn= out")
     return _fly_comparison(
@@ -304,11 +311,16 @@ def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
     return None, {**keys, "policy.name": policy}
 
 
-def _with_law(keys: dict) -> dict:
-    """The keys with the table of a radio law in place of ``radio_law``."""
+def _checked(keys: dict) -> dict:
+    """The keys, of which ``seed`` and ``seeds`` are none."""
     for wrong, right in (("seed", "seeds"), ("seeds", "seed")):
         if wrong in keys:
             raise ValueError(f"{wrong}={keys[wrong]}: this is no key of a scenario; give {right}=")
+    return keys
+
+
+def _with_law(keys: dict) -> dict:
+    """The keys with the table of a radio law in place of ``radio_law``."""
     if "radio_law" not in keys:
         return keys
     law = keys["radio_law"]

@@ -38,7 +38,7 @@ class Simulation:
         scenario: str,
         seed: int = 1,
         *,
-        policy: Optional[Callable[[int, float, float, float, float], float]] = None,
+        policy: Optional[Callable[..., Any]] = None,
         live: bool = False,
         timeout_s: float = 10.0,
         **keys: Any,
@@ -81,7 +81,7 @@ class Steered:
 def fly(
     scenario: str,
     seed: int,
-    policy: Optional[Callable[..., float]],
+    policy: Optional[Callable[..., Any]],
     timeout_s: float,
     keys: dict,
 ) -> Flown: ...
@@ -104,11 +104,11 @@ def fly_campaign(
     seeds: List[int],
     vary: dict,
     threads: int,
-    policy: Optional[Tuple[Callable[..., float], float]],
+    policy: Optional[Tuple[Callable[..., Any], float]],
     keys: dict,
 ) -> Table: ...
 def fly_comparison(
-    own: List[Tuple[str, Callable[..., float]]],
+    own: List[Tuple[str, Callable[..., Any]]],
     built_in: List[str],
     scenarios: List[str],
     is_drawn: bool,

@@ -27,7 +27,7 @@ try:
 except ImportError:  # RelayEnv does without.
     _ParallelEnv = object
 
-from . import _with_law
+from . import _checked, _with_law
 from ._uchain import Steered as _Steered
 
 __all__ = ["OBSERVED", "ParallelRelays", "RelayEnv", "parallel_env"]
@@ -57,7 +57,7 @@ class _Steering:
     def __init__(self, scenario: Any, rounds: int, keys: dict) -> None:
         if rounds < 1:
             raise ValueError(f"rounds_per_step={rounds} is out of range; give 1 or more")
-        self.mission = _Steered(_os.fspath(scenario), _with_law(keys))
+        self.mission = _Steered(_os.fspath(scenario), _with_law(_checked(keys)))
         self.rounds = rounds
         fastest = self.mission.max_speed_mps
         self.action_space = _gymnasium.spaces.Box(-fastest, fastest, (1,), _numpy.float32)
