@@ -98,7 +98,8 @@ impl TraceFiles {
         written.map_err(|error| folder.unwritten(BAG, &error))
     }
 
-    /// Writes `summary.json`, ends both files, and writes the report and the pictures.
+    /// Writes `summary.json`, ends the streamed files, the bag among them, and writes the report and the
+    /// pictures.
     ///
     /// # Errors
     /// As [`TraceFiles::begin`].

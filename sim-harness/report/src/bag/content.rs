@@ -7,7 +7,7 @@ use super::messages::{
     Path, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Range, TfMessage, Time,
     Transform, TransformStamped, Twist, TwistWithCovariance, Vector3,
 };
-use crate::mcap::{Moment, spatial};
+use crate::mcap::{Moment, RADIUS, spatial};
 use crate::pictures::{launch_limit, node_rgb};
 use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use units::Role;
@@ -181,8 +181,7 @@ pub(super) fn markers(trace: &Trace, frame: &Frame, now: Moment) -> MarkerArray 
             pose: pose(drone),
             ..marker(now)
         };
-        // A Crazyflie with its propellers is 0.18 m across (data sheet of the Crazyflie 2.1).
-        let scale = Vector3 { x: 0.18, y: 0.18, z: 0.05 };
+        let scale = Vector3 { x: 2.0 * RADIUS, y: 2.0 * RADIUS, z: 0.05 };
         markers.push(Marker { scale, ..marker("drones", SPHERE) });
         let mut name = marker("names", TEXT);
         name.pose.position.z += 0.35;
@@ -256,4 +255,27 @@ pub(super) fn diagnostics(trace: &Trace, frame: &Frame, now: Moment) -> Diagnost
         });
     }
     DiagnosticArray { header: header("", now), status }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic;
+
+    #[test]
+    fn a_long_path_keeps_equal_steps_and_its_beginning() {
+        let trace = synthetic::mission();
+        let drone = &trace.frames[0].drones[0];
+        let mut flown = Flown::default();
+        for round in 0..=3_000 * 5 {
+            flown.add(drone, Moment { micros: round * 200_000 });
+            let seconds: Vec<i32> = flown.poses.iter().map(|pose| pose.header.stamp.sec).collect();
+            assert_eq!(seconds.first(), Some(&0));
+            assert!(seconds.len() <= MOST_POSES, "{} poses", seconds.len());
+            let step = 1 << flown.doubled;
+            assert!(seconds.windows(2).all(|pair| pair[1] - pair[0] == step), "{seconds:?}");
+        }
+        // 600 s, 1,200 s and 2,400 s doubled the step.
+        assert_eq!((flown.doubled, flown.poses.len()), (3, 376));
+    }
 }

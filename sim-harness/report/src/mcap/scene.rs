@@ -24,7 +24,7 @@ const BEAM: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 0.5 };
 
 /// Half the diagonal of a Crazyflie over its propellers, in metres (Crazyflie 2.1 data sheet:
 /// 92 × 92 mm motor to motor and 45 mm propellers).
-const RADIUS: f64 = 0.09;
+pub(crate) const RADIUS: f64 = 0.09;
 
 /// Walls and centre-line as lines.
 pub(super) fn map(plan: &FloorPlan, now: Moment) -> SceneUpdate {
