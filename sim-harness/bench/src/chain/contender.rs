@@ -33,10 +33,7 @@ impl Contender {
     /// [`InputError`] where there is none.
     pub fn named(name: &str) -> Result<Self, InputError> {
         let found = NAMES.into_iter().find(|known| *known == name);
-        found.map(Self::BuiltIn).ok_or_else(|| {
-            let wrong = format!("there is no policy \"{name}\"");
-            InputError::new(wrong, suggest::one_of(name, &NAMES))
-        })
+        found.map(Self::BuiltIn).ok_or_else(|| unknown(name))
     }
 
     /// The built-in policies of these names.
@@ -57,10 +54,13 @@ impl Contender {
     }
 
     /// The same scenario under this policy.
-    pub(super) fn flies(&self, plain: &Scenario) -> Option<Scenario> {
+    ///
+    /// # Errors
+    /// [`InputError`] for a policy that there is not.
+    pub(super) fn flies(&self, plain: &Scenario) -> Result<Scenario, InputError> {
         match self {
-            Self::BuiltIn(name) => plain.with_policy(name),
-            Self::Called { .. } => Some(with_called_law(plain)),
+            Self::BuiltIn(name) => plain.with_policy(name).ok_or_else(|| unknown(name)),
+            Self::Called { .. } => Ok(with_called_law(plain)),
         }
     }
 
@@ -71,6 +71,11 @@ impl Contender {
             Self::Called { law, .. } => mission.by_law(law(seed)),
         }
     }
+}
+
+fn unknown(name: &str) -> InputError {
+    let wrong = format!("there is no policy \"{name}\"");
+    InputError::new(wrong, suggest::one_of(name, &NAMES))
 }
 
 impl fmt::Debug for Contender {

@@ -154,8 +154,8 @@ pub fn count(choice: &Choice) -> Result<usize, InputError> {
 /// makes some.
 ///
 /// # Errors
-/// [`InputError`] for a scenario that there is not, for a virtual drone that cannot go on, and that of
-/// `after_each`, which is called after each mission.
+/// [`InputError`] for a scenario or a policy that there is not, for a virtual drone that cannot go on, and
+/// that of `after_each`, which is called after each mission.
 pub fn run(
     choice: &Choice,
     drones: Option<&MakeDrones<'_>>,
@@ -168,7 +168,7 @@ pub fn run(
         let ground = Ground::of(case.scenario, choice.fidelity, choice.radio)?;
         let unknown = UnknownGaps::of(&ground.world, &ground.reference);
         for Campaign { policy, .. } in of_case {
-            let Some(scenario) = policy.flies(&ground.plain) else { continue };
+            let scenario = policy.flies(&ground.plain)?;
             let (name, policy) = (policy.name(), Some(policy));
             let flown = ground.fly(case, &scenario, choice, drones, policy, &after_each)?;
             rows.push(Row { unknown, ..row(case, name, &flown) });

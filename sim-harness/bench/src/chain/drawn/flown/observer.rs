@@ -1,8 +1,7 @@
 //! Looks at one mission in a drawn place from outside.
 
 use agent::{LandReason, State};
-use chain::policy::NAMES;
-use input::{InputError, suggest};
+use input::InputError;
 use units::{Db, Metres, MissionKind, Order, Role};
 use world::{Known, SkeletonPlace, World};
 
@@ -28,10 +27,7 @@ const WIDER_M: f32 = 0.2;
 /// # Errors
 /// [`InputError`] for a policy that there is not.
 pub fn fly(drawn: &Drawn, policy: &Contender) -> Result<Flown, InputError> {
-    let Some(scenario) = policy.flies(&drawn.scenario) else {
-        let wrong = format!("there is no policy \"{}\"", policy.name());
-        return Err(InputError::new(wrong, suggest::one_of(policy.name(), &NAMES)));
-    };
+    let scenario = policy.flies(&drawn.scenario)?;
     debug_assert!(scenario.mission == MissionKind::Chain);
     let mission = Mission::new(&scenario, &drawn.world, drawn.seed);
     let mut mission = policy.begin(mission, drawn.seed);
