@@ -156,24 +156,31 @@ fn a_campaign_of_several_chunks_goes_on_to_the_same_bytes() {
     let (folder, file) = (folder("chunks"), short());
     let (whole, out) = (folder.join("whole"), folder.join("out"));
     let [whole_text, out_text] = [&whole, &out].map(|path| path.to_str().unwrap());
-    let mut args = vec!["campaign", &file, "--runs", "4200", "--quiet", "--set", "duration_s=0.2"];
-    args.extend(["--set", "pilot=[]", "--out"]);
-    flown(&[&args[..], &[whole_text]].concat());
-    let mut child = Command::new(UCHAIN).args(&args).arg(out_text).spawn().unwrap();
+    let mut args = vec!["campaign", &file, "--quiet", "--set", "duration_s=0.2"];
+    args.extend(["--set", "pilot=[]"]);
+    let campaign = |more: &[&'static str]| [&args[..], more].concat();
+    let few = campaign(&["--runs", "4200", "--out"]);
+    flown(&[&few[..], &[whole_text]].concat());
+    // A campaign of so many more missions that it is under way when it is killed.
+    let many = campaign(&["--runs", "1000000", "--out"]);
+    let mut child = Command::new(UCHAIN).args(&many).arg(out_text).spawn().unwrap();
     let journal = folder.join("out.rows");
     let lines = || fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
-    while lines() < 4110 && child.try_wait().unwrap().is_none() {
+    while lines() < 4120 && child.try_wait().unwrap().is_none() {
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    if !out.exists() {
-        let text = fs::read_to_string(&journal).unwrap();
-        let lines: Vec<&str> = text.lines().collect();
-        let moved = [&lines[..1], &lines[4100..4105], &lines[1..4090], &lines[4105..]].concat();
-        fs::write(&journal, moved.join("\n") + "\n").unwrap();
-    }
-    flown(&[&args[..], &[out_text, "--resume"]].concat());
+    assert!(!out.exists(), "it ended before it was killed");
+    // Its rows are those of the smaller campaign, which is named by the first line.
+    let origin = fs::read_to_string(whole.join("origin.json")).unwrap();
+    let crc = &origin.split("\"crc32\": \"").nth(1).unwrap()[..8];
+    let title = format!("# uchain campaign {crc} 1/1");
+    let text = fs::read_to_string(&journal).unwrap();
+    let lines: Vec<&str> = text.lines().take(4110).collect();
+    let moved = [&[&*title][..], &lines[4100..4105], &lines[1..4090], &lines[4105..]].concat();
+    fs::write(&journal, moved.join("\n") + "\n").unwrap();
+    flown(&[&few[..], &[out_text, "--resume"]].concat());
     same(&whole, &out);
     assert!(!journal.exists());
 }
