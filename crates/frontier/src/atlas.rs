@@ -108,7 +108,8 @@ impl View {
 /// What can be seen from where, by the map.
 pub trait Sight {
     /// Whether a robot in this cell can look at the tile: no obstacle lies between, and, from afar, nothing
-    /// unknown. From afar sight of one of its frontiers suffices: a gap of one cell may hide the tile's middle.
+    /// unknown. From afar sight of one of its frontiers suffices: a gap of one cell may hide the tile's
+    /// middle.
     fn shows(&self, cell: Cell, tile: Tile, view: View) -> bool;
 }
 
