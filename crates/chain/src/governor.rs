@@ -67,7 +67,7 @@ const OVERSHOT: f32 = 3.0;
 /// How far a head without an order flies back to where its own link was strong enough, m: the length of a
 /// corner, and of the way that it flies before the filter knows. Our own number.
 const RETURNS: Metres = Metres(1.0);
-/// Nearer than this it is there, m: what a drone that hovers trembles by.
+/// Nearer than this it is there, m: half of what a head keeps before an edge. Our own number.
 const TREMBLE: Metres = Metres(0.05);
 /// The speed at which it comes back, m/s: it is a matter of decimetres.
 const EASES_AT: f32 = 0.1;

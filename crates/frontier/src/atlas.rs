@@ -121,21 +121,18 @@ impl<const BYTES: usize> Sight for GridMap<BYTES> {
             return false;
         }
         let frame = self.frame();
-        let sees = |end: Cell, is_open: fn(CellState) -> bool| {
-            let line = frame.line(frame.centre(cell), frame.centre(end));
-            let mut before = line.take_while(|&on_the_way| Tile::of(on_the_way) != Some(tile));
-            before.all(|cell| is_open(self.state(cell)))
+        let is_open = |cell: Cell| match view {
+            View::Beside => self.state(cell) != CellState::Occupied,
+            View::Afar(_) => self.state(cell) == CellState::Free,
         };
-        let is_free = |state| state == CellState::Free;
-        match view {
-            View::Beside => sees(middle, |state| state != CellState::Occupied),
-            View::Afar(_) => {
-                let mut edge = tile.cells(frame).filter(|&cell| self.is_frontier(cell));
-                // Drones look at nothing from afar, and their flash has no room for it.
-                let looks_at_edges = cfg!(feature = "straight");
-                sees(middle, is_free) || looks_at_edges && edge.any(|cell| sees(cell, is_free))
-            }
-        }
+        let sees = |end: Cell| {
+            let line = frame.line(frame.centre(cell), frame.centre(end));
+            line.take_while(|&on_the_way| Tile::of(on_the_way) != Some(tile)).all(is_open)
+        };
+        // Drones look at nothing from afar, and their flash has no room for it.
+        let looks_at_edges = cfg!(feature = "straight") && matches!(view, View::Afar(_));
+        let mut edge = tile.cells(frame).filter(|&cell| self.is_frontier(cell));
+        sees(middle) || looks_at_edges && edge.any(sees)
     }
 }
 

@@ -8,6 +8,7 @@ use units::{Db, DbPerMetre, Dbm, Duration, Metres, MetresPerSecond};
 const CONFIG: LaunchConfig = LaunchConfig::AT_ONCE;
 const ROUND: Duration = Duration::from_millis(200);
 const ASKED: MetresPerSecond = MetresPerSecond(0.3);
+const BACK: MetresPerSecond = MetresPerSecond(0.2);
 
 /// A head in a gallery whose link falls by 20 dB behind 10 m, and is `gain` stronger than at first.
 struct Head {
@@ -81,21 +82,42 @@ fn a_head_flies_on_once_its_link_has_gained_enough_or_was_only_faded() {
 fn a_relay_comes_back_over_an_edge_and_stays_before_it() {
     let mut relay = Head::new();
     let mut farthest = Metres::ZERO;
-    for round in 0..5 * 60 {
+    for _ in 0..5 * 60 {
         let is_weak = relay.own(0.0) < CONFIG.limit;
         relay.falls += u32::from(is_weak && !relay.was_weak);
         relay.was_weak = is_weak;
-        let speed = relay.watch.relay_speed(relay.way, ASKED);
+        let speed = relay.watch.relay_speed(relay.way, ASKED, BACK);
         relay.way += speed * ROUND;
         relay.watch.note(&CONFIG, ROUND, (relay.way, speed), relay.own(0.0), true);
         farthest = Metres(farthest.0.max(relay.way.0));
-        assert!(
-            !is_weak || speed < MetresPerSecond::ZERO || round < 50,
-            "{speed:?} beyond the edge"
-        );
+        let is_new = relay.watch.behind(relay.way) < Some(Metres(0.15));
+        assert!(!is_weak || speed < MetresPerSecond::ZERO || is_new, "{speed:?} beyond the edge");
     }
     assert!((2..=4).contains(&relay.falls), "{} falls in a minute", relay.falls);
     assert!(farthest < Metres(10.3), "{farthest:?}");
+}
+
+/// The drone behind may be the base, which comes no nearer: then the relay tries again all the same.
+#[test]
+fn a_wait_ends_also_where_the_link_stays_weak() {
+    let mut relay = Head::new();
+    relay.push(12, 0.0);
+    let waits = |watch: &EdgeWatch| watch.relay_speed(Metres(9.9), ASKED, BACK) < ASKED;
+    assert!(waits(&relay.watch));
+    let still = (Metres(9.5), MetresPerSecond::ZERO);
+    for _ in 0..5 * 20 {
+        relay.watch.note(&CONFIG, ROUND, still, CONFIG.limit - Db(1.0), true);
+    }
+    assert!(!waits(&relay.watch));
+}
+
+#[test]
+fn a_drone_that_nothing_sends_forward_lacks_nothing() {
+    let mut head = Head::new();
+    head.push(12, 0.0);
+    assert!(head.lacks() > 0.0);
+    head.watch.rest();
+    assert_eq!(head.lacks(), 0.0);
 }
 
 #[test]

@@ -13,9 +13,9 @@ use super::search::is_searching;
 use crate::AgentConfig;
 use crate::mission::{PassedOn, Round};
 
-/// The level of a chain that is too short for a drone at an edge counts as no more than this below the limit.
-/// Chosen of 0 and 10 dB by drawn places (seeds from 500,000): with 0 dB fewer heads pass an edge, and
-/// without a bound the level was up to 100 dB below all links.
+/// What one drone lacks at an edge makes the level of the chain no weaker than this below the limit; what
+/// several lack adds up. Chosen of 0 and 10 dB by drawn places (seeds from 500,000): with 0 dB fewer heads
+/// pass an edge, and without a bound the level was up to 100 dB below all links.
 const MOST_LACK: Db = Db(10.0);
 
 impl Chain {
@@ -39,7 +39,10 @@ impl Chain {
             Role::Head => LinkSum { surplus: self.lacks(config, behind), ..LinkSum::NONE },
             Role::Relay => {
                 let front = sum(self.front(), AHEAD);
-                LinkSum { surplus: front.surplus + self.lacks(config, behind), ..front }
+                // Sums that are held during a search have it already.
+                let is_held = self.is_searching || self.front().is_some_and(is_searching);
+                let lacks = if is_held { Metres::ZERO } else { self.lacks(config, behind) };
+                LinkSum { surplus: front.surplus + lacks, ..front }
             }
             Role::Base => sum(self.front(), AHEAD),
         };

@@ -27,6 +27,9 @@ impl Chain {
         duty: ChainDuty,
     ) -> MetresPerSecond {
         self.note_duty(round, duty);
+        if round.role == Role::Relay {
+            self.edge.rest();
+        }
         let [front, back] = self.views();
         let speed = match duty {
             ChainDuty::Leading { .. } => self.leading_speed(config, round, back),
@@ -213,7 +216,7 @@ impl Chain {
         let (flown, own) = ((round.way(), self.velocity), Dbm::after_loss(behind.link.loss));
         let is_sent = speed > MetresPerSecond::ZERO;
         self.edge.note(&config.launch, self.dt, flown, own, is_sent);
-        Some(self.edge.relay_speed(round.way(), speed))
+        Some(self.edge.relay_speed(round.way(), speed, config.retreat.speed))
     }
 }
 
