@@ -24,7 +24,7 @@ struct Asked {
 
 /// Flies policies through the scenarios of the benchmark, or where `drawn` says so, in drawn places.
 #[pyfunction]
-#[allow(clippy::too_many_arguments)] // They are those of the function in Python.
+#[allow(clippy::too_many_arguments, reason = "they are those of the function in Python")]
 pub(crate) fn fly_comparison(
     py: Python<'_>,
     own: Vec<(String, Py<PyAny>)>,
@@ -56,7 +56,7 @@ pub(crate) fn fly_comparison(
     })
 }
 
-/// An error once the work is to end, which nobody reads: the reason comes out instead.
+/// An error once the work is to end. The caller drops it, and returns what Python raised instead.
 fn go_on(stop: &AtomicBool) -> Result<(), InputError> {
     match stop.load(Ordering::Relaxed) {
         false => Ok(()),

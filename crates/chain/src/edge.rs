@@ -17,18 +17,18 @@ use crate::chain_wide::lengthening;
 use crate::filter::LinkState;
 use crate::launch::LaunchConfig;
 
-/// A head has passed an edge where its link is strong enough so far behind it, and has left it so far
+/// A drone has passed an edge where its link is strong enough so far behind it, and has left it so far
 /// before it, m: the length of a corner and the width of a gallery. Our own numbers.
 const PASSED: Metres = Metres(0.5);
 const LEFT: Metres = Metres(2.0);
-/// The head keeps so far before an edge, m: what it trembles by.
+/// A drone keeps so far before an edge, m: what it trembles by.
 const MARGIN: Metres = Metres(0.1);
 /// The link was weak so long before the filter knew, s.
 const LAG_S: f32 = 1.0;
 /// A link that is weaker than the limit by so much has fallen, dB: five standard deviations of a filtered
 /// link at rest.
 const FALL: f32 = 1.5;
-/// A head that fell back tries again after so long, s, and after twice as long each time. Our own number,
+/// A drone that fell back tries again after so long, s, and after twice as long each time. Our own number,
 /// longer than nearly all fades.
 const AGAIN_S: f32 = 8.0;
 /// It tries again before where the link has become stronger by this part of the fall: with equation (19)
@@ -127,10 +127,7 @@ impl EdgeWatch {
     /// The forward speed `asked` of a head at `way`, but not over an edge before it is time.
     #[must_use]
     pub fn speed(&self, way: Metres, asked: MetresPerSecond) -> MetresPerSecond {
-        let Some(edge) = self.edge.filter(Edge::is_closed) else { return asked };
-        // Within a second the head flies no more than the room that is left.
-        let room = edge.way - MARGIN - way;
-        MetresPerSecond(asked.0.min(room.0.max(0.0)))
+        self.kept_before(way, asked, MetresPerSecond::ZERO)
     }
 
     /// The speed `asked` by the law of a relay at `way`, but not over an edge before it is time, and at `back`
@@ -144,9 +141,21 @@ impl EdgeWatch {
         asked: MetresPerSecond,
         back: MetresPerSecond,
     ) -> MetresPerSecond {
+        self.kept_before(way, asked, -back)
+    }
+
+    /// The speed `asked` at `way`, at most what keeps the drone before a closed edge, but no less than
+    /// `least` because of it.
+    fn kept_before(
+        &self,
+        way: Metres,
+        asked: MetresPerSecond,
+        least: MetresPerSecond,
+    ) -> MetresPerSecond {
         let Some(edge) = self.edge.filter(Edge::is_closed) else { return asked };
+        // Within a second the drone flies no more than the room that is left.
         let room = edge.way - MARGIN - way;
-        MetresPerSecond(asked.0.min(room.0.max(-back.0)))
+        MetresPerSecond(asked.0.min(room.0.max(least.0)))
     }
 
     /// Notes that nothing sends the drone forward.

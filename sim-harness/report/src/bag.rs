@@ -20,7 +20,7 @@ use byteorder::LittleEndian;
 use robot_maps::Occupancy;
 use scenario::Scenario;
 
-use crate::mcap::Moment;
+use crate::mcap::{BEAMS, Moment};
 use messages::{
     DiagnosticArray, Float32, MarkerArray, Message, OccupancyGrid, Odometry, Path, Range,
     TfMessage, schema,
@@ -172,7 +172,7 @@ impl Own {
         let odometry = recording.topic(&format!("{drone}/odom"), false)?;
         let path = recording.topic(&format!("{drone}/path"), false)?;
         let mut range = |beam| recording.topic(&format!("{drone}/range/{beam}"), false);
-        let [nw, ne, sw, se] = content::BEAMS.map(|(beam, _)| range(beam));
+        let [nw, ne, sw, se] = BEAMS.map(|(beam, _)| range(beam));
         let ranges = [nw?, ne?, sw?, se?];
         let mut link = |side, what| recording.topic(&format!("{drone}/link/{side}/{what}"), false);
         let mut side = |side| -> io::Result<_> {
@@ -189,8 +189,7 @@ impl Own {
         reach: f32,
         now: Moment,
     ) -> io::Result<()> {
-        for ((topic, (beam, _)), metres) in self.ranges.iter().zip(content::BEAMS).zip(drone.ranges)
-        {
+        for ((topic, (beam, _)), metres) in self.ranges.iter().zip(BEAMS).zip(drone.ranges) {
             if !metres.is_nan() {
                 let frame = content::beam_frame(id, beam);
                 recording.put(*topic, now, &content::range(frame, metres, reach, now))?;

@@ -24,7 +24,7 @@ use prost::Message;
 use recordings::messages::{self, DroneState, Link};
 
 use mission::trace::{Frame, Trace};
-pub(crate) use scene::{RADIUS, spatial};
+pub(crate) use scene::{BEAMS, RADIUS, spatial};
 use schema::{drone_state, link};
 
 /// The frame of reference of the floor plan.

@@ -116,19 +116,11 @@ fn a_campaign_that_was_stopped_goes_on_to_the_same_bytes() {
         args.extend(more.iter().map(ToString::to_string));
         args
     };
-    let strs = |args: &[String]| args.iter().map(String::clone).collect::<Vec<_>>();
     let fly = |args: &[String]| flown(&args.iter().map(String::as_str).collect::<Vec<_>>());
     fly(&args(&whole, &[]));
     // Killed, at some moment.
-    let mut command = Command::new(UCHAIN);
-    let mut child = command.args(strs(&args(&out, &[]))).spawn().unwrap();
     let journal = folder.join("out.rows");
-    let lines = || fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
-    while lines() < 3 && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    kill_at(Command::new(UCHAIN).args(args(&out, &[])), &journal, 3);
     if !out.exists() {
         let refuse = |more: &[&'static str], parts: &[&str]| {
             let args = args(&out, more);
@@ -149,6 +141,17 @@ fn a_campaign_that_was_stopped_goes_on_to_the_same_bytes() {
     assert!(!journal.exists());
 }
 
+/// Begins a campaign and kills it once its journal has so many lines, or it has ended.
+fn kill_at(command: &mut Command, journal: &Path, count: usize) {
+    let mut child = command.spawn().unwrap();
+    let lines = || fs::read_to_string(journal).map_or(0, |text| text.lines().count());
+    while lines() < count && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
 /// Missions are flown, and their rows read back, in chunks of 4,096. A row that stands among those of
 /// another chunk, as after a change by hand, is flown again.
 #[test]
@@ -163,14 +166,8 @@ fn a_campaign_of_several_chunks_goes_on_to_the_same_bytes() {
     flown(&[&few[..], &[whole_text]].concat());
     // A campaign of so many more missions that it is under way when it is killed.
     let many = campaign(&["--runs", "1000000", "--out"]);
-    let mut child = Command::new(UCHAIN).args(&many).arg(out_text).spawn().unwrap();
     let journal = folder.join("out.rows");
-    let lines = || fs::read_to_string(&journal).map_or(0, |text| text.lines().count());
-    while lines() < 4120 && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
+    kill_at(Command::new(UCHAIN).args(&many).arg(out_text), &journal, 4120);
     assert!(!out.exists(), "it ended before it was killed");
     // Its rows are those of the smaller campaign, which is named by the first line.
     let origin = fs::read_to_string(whole.join("origin.json")).unwrap();

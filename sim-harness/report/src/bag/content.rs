@@ -1,23 +1,17 @@
 //! The messages of a frame.
 
-use std::f32::consts::FRAC_PI_4;
-
 use super::messages::{
     ColorRgba, DiagnosticArray, DiagnosticStatus, Header, KeyValue, Marker, MarkerArray, Odometry,
     Path, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Range, TfMessage, Time,
     Transform, TransformStamped, Twist, TwistWithCovariance, Vector3,
 };
-use crate::mcap::{Moment, RADIUS, spatial};
+use crate::mcap::{BEAMS, Moment, RADIUS, spatial};
 use crate::pictures::{launch_limit, node_rgb};
 use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use units::Role;
 
 /// The frame of reference of the floor plan.
 pub(super) const MAP: &str = "map";
-
-/// The beams, and their directions from the nose, counter-clockwise.
-pub(super) const BEAMS: [(&str, f32); 4] =
-    [("nw", FRAC_PI_4), ("ne", -FRAC_PI_4), ("sw", 3.0 * FRAC_PI_4), ("se", -3.0 * FRAC_PI_4)];
 
 /// The angle of a beam's cone: 27° (UM2555, VL53L1x).
 const CONE_RAD: f32 = 0.471_238_9;

@@ -1,5 +1,7 @@
 //! The mission in Foxglove's own messages: scenes, points, transforms and log lines.
 
+use std::f32::consts::FRAC_PI_4;
+
 use agent::{ChainDuty, Duty, State};
 use foxglove::messages::log::Level;
 use foxglove::messages::packed_element_field::NumericType;
@@ -25,6 +27,11 @@ const BEAM: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 0.5 };
 /// Half the diagonal of a Crazyflie over its propellers, in metres (Crazyflie 2.1 data sheet:
 /// 92 × 92 mm motor to motor and 45 mm propellers).
 pub(crate) const RADIUS: f64 = 0.09;
+
+/// The beams in the order of [`DroneFrame::ranges`], and their directions from the nose, rad,
+/// counter-clockwise.
+pub(crate) const BEAMS: [(&str, f32); 4] =
+    [("nw", FRAC_PI_4), ("ne", -FRAC_PI_4), ("sw", 3.0 * FRAC_PI_4), ("se", -3.0 * FRAC_PI_4)];
 
 /// Walls and centre-line as lines.
 pub(super) fn map(plan: &FloorPlan, now: Moment) -> SceneUpdate {
@@ -193,9 +200,8 @@ fn body(node: &Node, drone: &DroneFrame, now: Moment) -> SceneEntity {
 
 /// The beams that saw something, as far as they saw.
 fn beams(drone: &DroneFrame) -> Option<LinePrimitive> {
-    use std::f32::consts::FRAC_PI_4;
     let [x, y, z] = spatial(drone);
-    let directions = [FRAC_PI_4, -FRAC_PI_4, 3.0 * FRAC_PI_4, -3.0 * FRAC_PI_4];
+    let directions = BEAMS.map(|(_, direction)| direction);
     let seen = drone.ranges.into_iter().zip(directions).filter(|(range, _)| range.is_finite());
     let points: Vec<Point3> = seen
         .flat_map(|(range, direction)| {

@@ -441,14 +441,11 @@ mod tests {
         })
     }
 
-    /// The duty, or the landing, after the round in which a siting drone has come to its spot.
-    fn after_siting(since: Instant, order: Order, links: Links) -> Next<ChainDuty> {
-        let task = Some(Task { order, given: NOW });
-        let (role, phase, here) = (Role::Relay, Phase::Linked, Reckoning::default());
-        let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
-        ChainDuty::Siting { since }.next(&Standing {
+    /// A drone with these links, of which nothing else is known.
+    fn standing<'a>(round: &'a Round, links: Links) -> Standing<'a> {
+        Standing {
             config: &CONFIG,
-            round: &round,
+            round,
             links,
             berth: Berth::Unknown,
             home_since: None,
@@ -456,8 +453,17 @@ mod tests {
             retires: false,
             is_astray: false,
             chosen_anew: None,
-            is_sited: true,
-        })
+            is_sited: false,
+        }
+    }
+
+    /// The duty, or the landing, after the round in which a siting drone has come to its spot.
+    fn after_siting(since: Instant, order: Order, links: Links) -> Next<ChainDuty> {
+        let task = Some(Task { order, given: NOW });
+        let (role, phase, here) = (Role::Relay, Phase::Linked, Reckoning::default());
+        let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
+        let standing = Standing { is_sited: true, ..standing(&round, links) };
+        ChainDuty::Siting { since }.next(&standing)
     }
 
     #[test]
@@ -468,18 +474,7 @@ mod tests {
             let task = Some(Task { order: EXPLORE, given: NOW });
             let (id, phase) = (NodeId(0), Phase::Linked);
             let round = Round { now: NOW, id, role, phase, task, here, junction: None };
-            let next = duty.next(&Standing {
-                config: &CONFIG,
-                round: &round,
-                links: Links { is_back_near, ..GOOD },
-                berth: Berth::Unknown,
-                home_since: None,
-                searches: false,
-                retires: false,
-                is_astray: false,
-                chosen_anew: None,
-                is_sited: false,
-            });
+            let next = duty.next(&standing(&round, Links { is_back_near, ..GOOD }));
             next.continue_value().map(|duty| duty.name())
         };
         assert_eq!(name_after(Role::Head, 2.0, true), Some("leading"));

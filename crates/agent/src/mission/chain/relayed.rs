@@ -25,9 +25,12 @@ impl Chain {
         if self.is_retiring || self.found.is_some() && !self.is_searching {
             return [LinkSum::NONE; 2];
         }
+        // A search moves one drone: the others need not know how its links change.
+        let is_held = |neighbour: Option<&Neighbour>| {
+            self.is_searching || neighbour.is_some_and(is_searching)
+        };
         let sum = |neighbour: Option<&Neighbour>, beyond: usize| {
-            // A search moves one drone: the others need not know how its links change.
-            if self.is_searching || neighbour.is_some_and(is_searching) {
+            if is_held(neighbour) {
                 return self.sums.get(beyond).copied().unwrap_or(LinkSum::NONE);
             }
             let side = neighbour.and_then(|n| side(n, beyond));
@@ -40,8 +43,8 @@ impl Chain {
             Role::Relay => {
                 let front = sum(self.front(), AHEAD);
                 // Sums that are held during a search have it already.
-                let is_held = self.is_searching || self.front().is_some_and(is_searching);
-                let lacks = if is_held { Metres::ZERO } else { self.lacks(config, behind) };
+                let is_known = is_held(self.front());
+                let lacks = if is_known { Metres::ZERO } else { self.lacks(config, behind) };
                 LinkSum { surplus: front.surplus + lacks, ..front }
             }
             Role::Base => sum(self.front(), AHEAD),
@@ -49,9 +52,9 @@ impl Chain {
         [ahead, behind]
     }
 
-    /// The way by which the chain `behind` this head or relay is too short for it to pass an edge, as far as the links can be
-    /// longer before their level is [`MOST_LACK`] below the limit. Where one of them falls steeply, the
-    /// way that the drone needs would else stand for a level far below all links.
+    /// The way by which the chain `behind` this head or relay is too short for it to pass an edge, as far
+    /// as the links can be longer before their level is [`MOST_LACK`] below the limit. Where one of them
+    /// falls steeply, the way that the drone needs would else stand for a level far below all links.
     fn lacks(&self, config: &AgentConfig, behind: LinkSum) -> Metres {
         let known = self.chain_wide.level().map(Dbm::after_loss);
         let known = known.zip(self.back().and_then(Neighbour::state)).zip(behind.level());
