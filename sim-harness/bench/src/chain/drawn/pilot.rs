@@ -37,6 +37,8 @@ pub(super) const BEGINS_S: f32 = 2.0;
 const LOOKS_MPS: f32 = 0.2;
 /// The climb and the settling of a head, s, rounded up.
 const CLIMBS_S: f32 = 3.0;
+/// The shortest time between two orders, s: a scenario's file gives them to this digit.
+const SHORTEST_S: f32 = 0.1;
 
 /// The speed and the branch that the pilot orders from a moment on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,14 +109,14 @@ impl Pilot {
     pub(super) fn sticks(&self, branch: Option<Branch>, from: f32, until: f32) -> Vec<Stick> {
         let stick = |at_s, speed| Stick { at_s, speed, branch };
         let mut sticks = vec![stick(from, self.speed)];
-        let pushes_from = until - self.push_s;
+        let last = until - self.push_s.max(SHORTEST_S);
         let (forth_s, other_s, other) = match self.style {
             Style::Steady => return sticks,
             Style::ToAndFro { forth_s, back_s } => (forth_s, back_s, -self.speed),
             Style::Pausing { forth_s, pause_s } => (forth_s, pause_s, 0.0),
         };
         let mut at = from + forth_s;
-        while at + other_s < pushes_from {
+        while at + other_s < last {
             sticks.push(stick(at, other));
             sticks.push(stick(at + other_s, self.speed));
             at += other_s + forth_s;

@@ -117,3 +117,10 @@ fn a_changed_choice_has_its_dead_end_and_its_detour() {
     }
     assert!(count >= 2, "{count}");
 }
+
+/// The last pause of this pilot ended in the same tenth of a second as the exploration, and the
+/// scenario that was drawn was refused.
+#[test]
+fn a_pilot_who_pauses_until_the_end_is_drawn_in_order_of_time() {
+    assert!(Drawn::of(720_063, Fidelity::Point).is_ok());
+}
