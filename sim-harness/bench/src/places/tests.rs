@@ -1,0 +1,1 @@
+//! The benchmark in a small folder.
