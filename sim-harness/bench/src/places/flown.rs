@@ -3,6 +3,7 @@
 use agent::{LandReason, State};
 use measure::oracle::Oracle;
 use mission::Mission;
+use scenario::Scenario;
 use serde_json::{Value, json};
 use units::{MetresPerSecond, NodeId, Order};
 
@@ -33,6 +34,8 @@ pub(super) struct Flight {
     pub(super) time_over_way: Option<f32>,
     /// Why the pilot ended the exploration, and when, s.
     pub(super) ended: Option<(Why, f32)>,
+    /// The mission as a scenario's file, with the orders that the pilot gave.
+    pub(super) file: String,
 }
 
 /// Flies the mission of a seed beside its oracle.
@@ -68,8 +71,16 @@ pub(super) fn fly(plan: &Plan<'_>, oracle: &Oracle, seed: u64) -> Flight {
         launched_over_need: flown.launched as f32 - need,
         time_over_way: flown.is_deep().then(|| flown.deep_s / way_s),
         ended: pilot.ended,
+        file: file(scenario, &mission),
         flown,
     }
+}
+
+/// The scenario's file of a mission as it was flown, up to its end.
+fn file(scenario: &Scenario, mission: &Mission<'_>) -> String {
+    let pilot = mission.pilot().to_vec();
+    let duration_us = mission.time_us();
+    Scenario { pilot, duration_us, ..scenario.clone() }.resolved()
 }
 
 /// Whether a drone came down because it did not know its place, or took another place for its home.

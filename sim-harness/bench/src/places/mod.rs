@@ -100,6 +100,11 @@ impl Benchmark for PlacesBench {
             .zip(flights.chunks(runs))
             .map(|(target, flights)| Row::of(target, fidelity, flights.iter().flatten().cloned()))
             .collect();
+        if let Some(folder) = &mut session.folder {
+            for (name, text) in rows.iter().flat_map(Row::failed) {
+                folder.put_text(&name, text)?;
+            }
+        }
         let broken: Vec<String> = sites.iter().flat_map(|site| site.broken.clone()).collect();
         let checked = sites.iter().filter(|site| site.is_survey).count();
         Ok(self.outcome(fidelity, &rows, &broken, checked))

@@ -65,6 +65,18 @@ impl Row {
         self.refused.clone().unwrap_or_else(|| told(&causes(self.flights.iter())))
     }
 
+    /// The scenarios of its missions that are not good, by the names of their files.
+    pub(super) fn failed(&self) -> impl Iterator<Item = (String, &str)> {
+        let plain = |text: &str| text.replace(|it: char| !it.is_ascii_alphanumeric(), "-");
+        let (place, from) = (plain(&self.place), plain(&self.from));
+        let depth = self.depth_m.unwrap_or(0.0);
+        let failed = self.flights.iter().filter(|flight| !flight.is_good());
+        failed.map(move |flight| {
+            let seed = flight.flown.seed;
+            (format!("{place}-from-{from}-{depth}-seed-{seed}.toml"), &*flight.file)
+        })
+    }
+
     /// The row as one JSON object.
     pub(super) fn json(&self) -> Value {
         let has = !self.flights.is_empty();
