@@ -62,7 +62,11 @@ impl Commanded {
     #[must_use]
     pub fn along_main(world: &World) -> Self {
         let along = world.skeleton().edge(0).line().length();
-        Self { way: world.path_to(SkeletonPlace { edge: 0, along }), detour: None, endurance_s: None }
+        Self {
+            way: world.path_to(SkeletonPlace { edge: 0, along }),
+            detour: None,
+            endurance_s: None,
+        }
     }
 
     /// How far along the way a place is; beside the way, where its gallery leaves it.

@@ -50,7 +50,8 @@ pub(super) fn targets<'a>(site: &'a Site, depths: &[f32], fidelity: Fidelity) ->
     let within = depths.iter().copied().filter(|depth| *depth <= whole.way.length());
     let mut plans: Vec<Plan<'_>> = Vec::new();
     for depth in within {
-        let is_carried = plans.last().is_none_or(|last| last.scenario.depth_m == Some(last.depth_m));
+        let is_carried =
+            plans.last().is_none_or(|last| last.scenario.depth_m == Some(last.depth_m));
         if is_carried {
             plans.push(Plan::of(ground, &whole, depth, fidelity));
         }
@@ -58,12 +59,8 @@ pub(super) fn targets<'a>(site: &'a Site, depths: &[f32], fidelity: Fidelity) ->
     if plans.is_empty() {
         return refused(&format!("the way is {:.1} m long: {}", whole.way.length(), ground.ended));
     }
-    let target = |plan: Plan<'a>| Target {
-        place,
-        from,
-        depth_m: Some(plan.depth_m),
-        mission: Ok(plan),
-    };
+    let target =
+        |plan: Plan<'a>| Target { place, from, depth_m: Some(plan.depth_m), mission: Ok(plan) };
     plans.into_iter().map(target).collect()
 }
 

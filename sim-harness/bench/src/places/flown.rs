@@ -104,13 +104,14 @@ struct Hold {
 
 impl Hold {
     fn look(&mut self, mission: &Mission<'_>) {
-        let holds = |task| matches!(task, Order::Explore(course) if course.speed <= MetresPerSecond::ZERO);
+        let holds =
+            |task| matches!(task, Order::Explore(course) if course.speed <= MetresPerSecond::ZERO);
         if !holds(mission.task()) || mission.is_recalled() {
             return;
         }
         mission.chain(&mut self.chain);
-        let is_link = self.chain.len() > 1
-            && self.chain.last().is_some_and(|last| last.id == NodeId::HEAD);
+        let is_link =
+            self.chain.len() > 1 && self.chain.last().is_some_and(|last| last.id == NodeId::HEAD);
         let [all, linked] = &mut self.rounds;
         *all += 1;
         *linked += u32::from(is_link);

@@ -79,8 +79,10 @@ impl Benchmark for PlacesBench {
         let data = self.data.as_deref().unwrap_or(Path::new(DATA));
         let sites = site::all(&found::places(data)?);
         let depths = self.depths()?;
-        let targets: Vec<Target<'_>> =
-            sites.par_iter().flat_map_iter(|site| depth::targets(site, &depths, fidelity)).collect();
+        let targets: Vec<Target<'_>> = sites
+            .par_iter()
+            .flat_map_iter(|site| depth::targets(site, &depths, fidelity))
+            .collect();
         let flown = targets.iter().filter(|target| target.mission.is_ok()).count();
         let progress = session.progress(flown * runs, "missions");
         let seeds: Vec<u64> = (0..runs as u64).map(|n| session.seed.wrapping_add(n)).collect();

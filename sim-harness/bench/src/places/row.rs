@@ -153,9 +153,8 @@ impl Totals {
     pub(super) fn of(rows: &[Row]) -> Self {
         let flights = || rows.iter().flat_map(|row| &row.flights);
         let count = |is: fn(&Flight) -> bool| flights().filter(|flight| is(flight)).count();
-        let did_all = |flight: &Flight| {
-            flight.has_arrived() && flight.is_linked && flight.flown.is_home()
-        };
+        let did_all =
+            |flight: &Flight| flight.has_arrived() && flight.is_linked && flight.flown.is_home();
         Self {
             missions: flights().count(),
             refused: rows.iter().filter(|row| row.refused.is_some()).count(),

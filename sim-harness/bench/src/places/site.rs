@@ -72,7 +72,8 @@ fn site(found: &Found, map: &Map, from: Option<String>) -> Site {
 
 fn ground(file: &Path, ends: Ends) -> Result<Box<Ground>, String> {
     let choice = MapChoice { file: file.to_owned(), ends, ..MapChoice::default() };
-    let scenario = Scenario::of_map(choice, None, Vec::new()).map_err(|error| reason(file, &error))?;
+    let scenario =
+        Scenario::of_map(choice, None, Vec::new()).map_err(|error| reason(file, &error))?;
     let world = scenario.world();
     let ended = scenario.route.as_ref().map_or_else(String::new, |route| end(route));
     Ok(Box::new(Ground { scenario, world, ended }))

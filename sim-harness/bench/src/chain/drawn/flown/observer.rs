@@ -251,7 +251,9 @@ impl<'a> Observer<'a> {
         const SLACK_M: f32 = 0.3;
         let is_sooner =
             self.deep_s < self.case.oracle.time_to(DEEP * self.case.oracle.depth_m) - self.begins_s;
-        if self.explored[1] > 0 || (!is_sooner && self.depth_m <= self.case.oracle.depth_m + SLACK_M) {
+        if self.explored[1] > 0
+            || (!is_sooner && self.depth_m <= self.case.oracle.depth_m + SLACK_M)
+        {
             return false;
         }
         let mut scenario = self.case.scenario.clone();
