@@ -158,3 +158,40 @@ fn direction(skeleton: &Skeleton, heading: Heading, along: f32) -> [f32; 2] {
     let length = libm::hypotf(x, y).max(f32::MIN_POSITIVE);
     [x / length, y / length]
 }
+
+#[cfg(test)]
+mod tests {
+    use units::Point2;
+
+    use super::*;
+    use crate::{Gallery, SkeletonPlace};
+
+    /// A gallery with a side passage to the left after 3 m, which ends in another after 6 m.
+    fn tee() -> Skeleton {
+        let gallery = |name: &str, points: &[(f32, f32)]| {
+            let centre_line = points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
+            Gallery { name: name.into(), centre_line, width: 1.2 }
+        };
+        Skeleton::of(&[
+            gallery("main", &[(0.0, 0.0), (6.0, 0.0)]),
+            gallery("left", &[(6.0, 0.0), (6.0, 5.0)]),
+            gallery("right", &[(6.0, 0.0), (6.0, -8.0)]),
+            gallery("side", &[(3.0, 0.0), (3.0, 2.0)]),
+        ])
+    }
+
+    #[test]
+    fn a_way_tells_what_to_choose_at_its_junctions() {
+        let skeleton = tee();
+        let choices = |edge: u16| {
+            let end = SkeletonPlace { edge, along: 2.0 };
+            let way = skeleton.path(SkeletonPlace::main(0.0), end);
+            let found = forks(&skeleton, &way, 0.0).into_iter();
+            found.map(|fork| (fork.at_m, fork.branch(&skeleton))).collect::<Vec<_>>()
+        };
+        let past = (3.0, Some(Branch::Straight));
+        assert_eq!(choices(1), [past, (6.0, Some(Branch::Left))]);
+        assert_eq!(choices(2), [past, (6.0, Some(Branch::Right))]);
+        assert_eq!(choices(3), [(3.0, Some(Branch::Left))]);
+    }
+}
