@@ -1,6 +1,5 @@
 //! Begins an agent's run anew in the memory that it has.
 
-use tunnel_nav::Navigator;
 use units::{MissionKind, NodeId, Role};
 
 use crate::Agent;
@@ -29,7 +28,7 @@ impl Agent {
         (*old_id, *old_role, *state) = (id, role, State::Idle);
         put(old_mission, || Mission::new(mission));
         put(outbox, Outbox::new);
-        put(navigator, Navigator::new);
+        navigator.renew();
         put(odometry, Odometry::new);
         (*heeded, *last_step) = (None, None);
         (*recalled, *fit, *sequence) = (false, true, 0);

@@ -330,6 +330,77 @@ impl Navigator {
         }
     }
 
+    /// Makes this navigator what [`Self::new`] returns, in its place: the path alone would take 3.6 kB of the
+    /// stack.
+    pub fn renew(&mut self) {
+        let Self {
+            left,
+            right,
+            centred,
+            trail,
+            way,
+            aside,
+            blocked,
+            shifted,
+            stands,
+            turned_early,
+            detour,
+            bridge,
+            company,
+            hits,
+            opening,
+            creep,
+            faces_back,
+            fork,
+            scan,
+            farthest,
+            idle,
+            looked,
+            rests,
+            lost,
+            led_back,
+            returns,
+            unseen,
+            slide,
+            bends_to,
+            dither,
+            opened,
+            margin,
+        } = self;
+        trail.renew();
+        *left = Track::Unknown;
+        *right = Track::Unknown;
+        *centred = 0.0;
+        *way = Metres::ZERO;
+        *aside = Metres::ZERO;
+        *blocked = 0;
+        *shifted = 0.0;
+        *stands = 0;
+        *turned_early = 0.0;
+        *detour = Detour::new();
+        *bridge = Bridge::new();
+        *company = Company::new();
+        *hits = Hits::new();
+        *opening = None;
+        *creep = 0.0;
+        *faces_back = false;
+        *fork = Fork::new();
+        *scan = Scan::new();
+        *farthest = 0;
+        *idle = 0;
+        *looked = None;
+        *rests = 0;
+        *lost = Lost::new();
+        *led_back = None;
+        *returns = 0.0;
+        *unseen = [0.0; 2];
+        *slide = Slide::new();
+        *bends_to = None;
+        *dither = Dither::new();
+        *opened = None;
+        *margin = Margin::new();
+    }
+
     /// Notes how the drone is guided at the junctions that come.
     pub fn guide(&mut self, guide: Guide) {
         let is_back = self.fork.follow(guide) && self.trail.forget_from(0.0);

@@ -200,8 +200,14 @@ impl Trail {
         }
     }
 
-    /// Forgets the whole path: it begins anew where the drone is. In place, since a new trail on the stack
-    /// would take 3.6 kB.
+    /// Makes this trail what [`Self::new`] returns, in its place.
+    pub(crate) fn renew(&mut self) {
+        self.forget();
+        self.crumbs.fill(Packed::ORIGIN);
+        (self.heading, self.drift) = (0.0, 0.0);
+    }
+
+    /// Forgets the whole path: it begins anew where the drone is.
     pub(crate) fn forget(&mut self) {
         self.at = [0.0; 2];
         (self.first, self.last, self.near, self.part) = (0, -1, 0, 0.0);
