@@ -37,7 +37,7 @@ impl Setup {
         }
     }
 
-    /// Makes an agent that of the start of the run.
+    /// Resets an agent to its state at the start of a run.
     pub(crate) fn renew(&self, agent: &mut Agent) {
         let Identity { node, role } = self.identity;
         agent.renew(node, role, self.mission);

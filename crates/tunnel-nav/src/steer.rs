@@ -193,10 +193,10 @@ const FRONTIER: f32 = 0.4;
 const OPENED_AHEAD: Metres = Metres(1.4);
 /// The end of the path is near within this many crumbs, 1.6 m.
 const NEAR_END: i32 = 8;
-/// Before a wall, the path this far ahead says to which side the tunnel turns, m, …
-const HINT: f32 = 0.4;
 /// The path this far behind leads along the gallery by which the drone came to a bend, m.
 const BEFORE_BEND: f32 = 1.5;
+/// Before a wall, the path this far ahead says to which side the tunnel turns, m, …
+const HINT: f32 = 0.4;
 /// … where its heading there differs by more than this, rad.
 const BENT: f32 = 0.35;
 /// The gain, in 1/s, by which the trail holds the nose where walls decide: enough against a nose

@@ -15,7 +15,8 @@ use crate::{Diagonals, Range};
 
 /// What a change of sides counts, and what a round without one takes from it.
 const CHANGE: u8 = 4;
-/// The drone dithers from this count on: three changes in a second.
+/// The drone dithers from this count on: three changes within few rounds in which it turns. Rounds in which it
+/// does not turn leave the count as it is.
 const DITHERS: u8 = 9;
 /// It flies straight on for so far, m: half of a narrow gallery, over which walls are confirmed.
 const HOLDS: f32 = 0.5;
