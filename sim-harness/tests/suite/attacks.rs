@@ -43,7 +43,8 @@ fn a_chain_whose_packets_are_held_back_stands_and_comes_home() {
 #[test]
 fn a_head_beside_a_repeater_makes_no_link_longer_than_the_longest() {
     let changes = Changes { relays: Some(0), ..Changes::default() };
-    for (longest, seed) in [(30.0, 1), (9.0, 1), (9.0, 2), (9.0, 3)] {
+    let mut farthest = 0.0_f32;
+    for (longest, seed) in [30.0, 9.0].into_iter().flat_map(|it| [1, 2, 3].map(|n| (it, n))) {
         let mut scenario = Scenario::open_with("demo", &changes).unwrap();
         scenario.agent.retreat.longest = Metres(longest);
         let world = scenario.world();
@@ -57,7 +58,8 @@ fn a_head_beside_a_repeater_makes_no_link_longer_than_the_longest() {
         assert!(way < longest + 1.0, "seed {seed}: {way} m with links of {longest} m");
         // Without a repeater the head comes to 8.3 to 8.4 m.
         assert!(way > 9.0, "seed {seed}: {way} m");
-        // How much farther it leads, until the head's own link falls behind a bend, is chance.
-        assert!(longest < 20.0 || way > 12.0, "the repeater is not believed: {way} m");
+        farthest = farthest.max(way);
     }
+    // With seed 1 and links of 30 m the head comes to 16.1 m, with seeds 2 and 3 to 27.6 and 27.7 m.
+    assert!(farthest > 25.0, "the repeater is not believed: {farthest} m");
 }

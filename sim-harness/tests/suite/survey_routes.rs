@@ -148,14 +148,7 @@ fn a_wide_passage_is_flown_with_rangers_that_see_its_walls() {
 
 /// The legs of a refusal or of an end are legs of the survey.
 fn assert_names_a_leg(survey: &Survey, from: &str, to: &str, what: &str) {
-    let same = |a: usize, name: &str| {
-        let point = survey.stations[a].point;
-        survey.station_named(name).is_some_and(|it| survey.stations[it].point == point)
-    };
-    let is_leg = survey.legs.iter().any(|leg| {
-        same(leg.from, from) && same(leg.to, to) || same(leg.from, to) && same(leg.to, from)
-    });
-    assert!(is_leg, "{what}: {from} to {to} is no leg");
+    assert!(invariants::is_leg(survey, from, to), "{what}: {from} to {to} is no leg");
 }
 
 /// No two places of a route that are more than 4 m apart along it are within 1.5 m in the plan with

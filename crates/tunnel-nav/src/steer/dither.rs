@@ -13,7 +13,7 @@ use units::Metres;
 use super::{BLOCKED, NavConfig, Navigator, OneWay, Walls, nearest};
 use crate::{Diagonals, Range};
 
-/// What a change of sides counts, and what a round without one takes from it.
+/// What a change of sides counts. A round that turns to the same side takes one from the count.
 const CHANGE: u8 = 4;
 /// The drone dithers from this count on: three changes within few rounds in which it turns. Rounds in which it
 /// does not turn leave the count as it is.

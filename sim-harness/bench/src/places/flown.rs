@@ -1,4 +1,4 @@
-//! Flies one mission to a depth, and says what somebody would ask who looked on.
+//! Flies one mission to a depth, and says what became of its drones and links.
 
 use agent::{LandReason, State};
 use measure::oracle::Oracle;

@@ -118,7 +118,10 @@ fn unnamed(survey: &Survey, hindrances: &[Hindrance]) -> Option<String> {
     wrong.next().map(|it| format!("{} to {}, which it names, is no leg", it.from, it.to))
 }
 
-fn is_leg(survey: &Survey, from: &str, to: &str) -> bool {
+/// Whether a leg of the survey leads from one of these stations to the other, in either direction, or between
+/// stations at the same points.
+#[must_use]
+pub fn is_leg(survey: &Survey, from: &str, to: &str) -> bool {
     let point = |name: &str| Some(survey.stations[survey.station_named(name)?].point);
     let (Some(a), Some(b)) = (point(from), point(to)) else { return false };
     survey.legs.iter().any(|leg| {
