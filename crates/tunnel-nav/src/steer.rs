@@ -717,6 +717,7 @@ impl Navigator {
     fn one_way(&self, config: &NavConfig, ranges: &Diagonals, hint: f32) -> OneWay {
         let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
         let (left, right) = self.walls(ranges);
+        let ends = self.ends_towards(ranges, [left, right]);
         let keep = self.centred.max(config.wall_distance.0).min(WIDEST * config.reach.0);
         // The branch may be narrower than the gallery before: along the chosen wall alone the drone
         // keeps near it, until it sees both.
@@ -741,19 +742,16 @@ impl Navigator {
             let other = nearest(front).max(nearest(rear));
             if other < kept { keep.min(0.5 * (kept + other)) } else { keep }
         };
+        let turn = config.max_yaw_rate.0;
         let (lateral, yaw_rate, walls) = match (left, right) {
+            // The gallery ends ahead and goes on at the side that has opened.
+            _ if ends == Some(Side::Right) => (0.0, -turn, Walls::Neither),
+            _ if ends == Some(Side::Left) => (0.0, turn, Walls::Neither),
             // Both leading beams end at a wall ahead: the gallery ends, and its sides are not seen ahead.
             (Some(l), Some(r)) if l.ends() && r.ends() => (0.0, 0.0, Walls::Both),
             // Equation (17).
             (Some(l), Some(r)) => {
                 (c_l * (l.front - r.front), c_r * (l.excess() - r.excess()), Walls::Both)
-            }
-            // The gallery ends ahead and goes on at the side that has opened.
-            (Some(l), None) if self.ends_towards(Side::Right, [ranges.ne, ranges.se], l) => {
-                (0.0, -config.max_yaw_rate.0, Walls::Neither)
-            }
-            (None, Some(r)) if self.ends_towards(Side::Left, [ranges.nw, ranges.sw], r) => {
-                (0.0, config.max_yaw_rate.0, Walls::Neither)
             }
             // Equation (18), and its mirror image.
             (Some(l), None) => {

@@ -9,8 +9,8 @@
 //! there its front beams find the way.
 
 use super::{BEFORE_BEND, Navigator, Side, nearest};
+use crate::Diagonals;
 use crate::wall::{SAME_GALLERY, Wall};
-use crate::{Diagonals, Range};
 
 /// The gallery ends where the front beam over the open side is shorter than this part of the beam to the wall
 /// that is kept: in the middle of a right angle the two are equal. Our own number.
@@ -22,15 +22,10 @@ const TURNED: f32 = 0.6;
 impl Navigator {
     /// Notes to which side the gallery goes on where it ends ahead.
     pub(super) fn note_bend(&mut self, ranges: &Diagonals) {
-        self.bends_to = match self.walls(ranges) {
-            (Some(l), None) if self.ends_towards(Side::Right, [ranges.ne, ranges.se], l) => {
-                Some(Side::Right)
-            }
-            (None, Some(r)) if self.ends_towards(Side::Left, [ranges.nw, ranges.sw], r) => {
-                Some(Side::Left)
-            }
-            _ => self.bends_to.filter(|side| self.opens_to(*side) && self.turned(*side) < TURNED),
-        };
+        let (left, right) = self.walls(ranges);
+        let goes_on = |side: &Side| self.opens_to(*side) && self.turned(*side) < TURNED;
+        let noted = self.bends_to.filter(goes_on);
+        self.bends_to = self.ends_towards(ranges, [left, right]).or(noted);
     }
 
     /// Whether the tunnel has opened last to this side.
@@ -44,16 +39,23 @@ impl Navigator {
         if side == Side::Right { came } else { -came }
     }
 
-    /// Whether the gallery ends ahead at a wall that the front beam of the side that has opened sees, nearer
-    /// than the wall that is kept on the other, while its rear beam looks into where the gallery goes on.
-    pub(super) fn ends_towards(&self, side: Side, [front, rear]: [Range; 2], kept: Wall) -> bool {
-        let opens = self.opens_to(side);
+    /// The side to which the gallery goes on that ends ahead. The front beam of the side that has opened sees
+    /// the wall that ends it, nearer than the wall that is kept on the other, and its rear beam looks into
+    /// where the gallery goes on.
+    pub(super) fn ends_towards(
+        &self,
+        ranges: &Diagonals,
+        walls: [Option<Wall>; 2],
+    ) -> Option<Side> {
+        let (side, kept, beams) = match walls {
+            [Some(left), None] => (Side::Right, left, [ranges.ne, ranges.se]),
+            [None, Some(right)] => (Side::Left, right, [ranges.nw, ranges.sw]),
+            _ => return None,
+        };
+        let [front, rear] = beams.map(nearest);
+        let ends =
+            front < ENDS * kept.front.min(self.centred) && rear > SAME_GALLERY * self.centred;
         // Past half of a right angle, the rear beam looks back into the gallery by which the drone came.
-        let goes_on = self.turned(side) < TURNED;
-        let [front, rear] = [front, rear].map(nearest);
-        goes_on
-            && opens
-            && front < ENDS * kept.front.min(self.centred)
-            && rear > SAME_GALLERY * self.centred
+        (ends && self.opens_to(side) && self.turned(side) < TURNED).then_some(side)
     }
 }
