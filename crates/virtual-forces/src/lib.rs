@@ -33,6 +33,7 @@ mod heading;
 mod member;
 mod obstacles;
 mod pace;
+mod plan;
 mod room;
 mod survey;
 mod takeover;
@@ -42,8 +43,9 @@ pub use config::{Config, Guard, ObstacleForce, Places, Rows, Sweep, Wait, Weight
 pub use force::{attraction_to_goal, between_drones, from_obstacle};
 pub use formation::{Formation, Passage};
 pub use heading::Resultant;
-pub use member::{DOWN, Member, Plan, Task};
+pub use member::{DOWN, Member, Task};
 pub use obstacles::Obstacles;
 pub use pace::Pace;
+pub use plan::Plan;
 pub use survey::Survey;
 pub use team::Heard;

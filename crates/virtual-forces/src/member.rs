@@ -4,6 +4,7 @@
 
 use units::{Metres, Point2};
 
+use crate::crossing::Side;
 use crate::force::{attraction_to_goal, between_drones};
 use crate::formation::{Formation, exchanged};
 use crate::geometry::{along, moved};
@@ -11,31 +12,7 @@ use crate::pace::Pace;
 use crate::room::Room;
 use crate::takeover::Takeover;
 use crate::team::{Heard, Team};
-use crate::{Config, Obstacles, Passage, Resultant, Survey};
-
-/// What all drones of a swarm know before they set out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
-    /// The number of drones.
-    pub drones: u16,
-    /// The goals in the first area, and those in the second one; a survey without goals is left out.
-    pub surveys: [Survey; 2],
-    /// The way to the second area.
-    pub passage: Passage,
-}
-
-impl Plan {
-    /// Returns the length of the way from `here` to `home`, which lies on this side of the passage: the
-    /// straight line, or the one through the entrance for a drone that is in the passage or behind it.
-    #[must_use]
-    pub fn way_home(&self, here: Point2, home: Point2) -> Metres {
-        let Passage { entrance, way, .. } = self.passage;
-        match along(way, entrance, here) > 0.0 {
-            true => Metres(here.distance(entrance).0 + entrance.distance(home).0),
-            false => here.distance(home),
-        }
-    }
-}
+use crate::{Config, Obstacles, Passage, Plan, Resultant, Survey};
 
 /// A part of the mission, with a survey and a passage of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +76,8 @@ pub struct Member<const N: usize> {
     pub(crate) takeover: Takeover,
     /// Where the drone took off, once it is recalled.
     pub(crate) home: Point2,
+    /// The side to which the drone last turned in the passage.
+    pub(crate) side: Option<Side>,
     /// The rounds on the way to this goal or place in which the drone came no nearer to it.
     pub(crate) still: u16,
     /// The largest error of the drone's own position in this round.
@@ -119,6 +98,7 @@ impl<const N: usize> Member<N> {
             team: Team::new(number, plan.drones),
             takeover: Takeover::NONE,
             home: Point2::new(0.0, 0.0),
+            side: None,
             still: 0,
             error: Metres(0.0),
         }
@@ -236,7 +216,7 @@ impl<const N: usize> Member<N> {
         self.set_out(here);
         let end = match self.task {
             Task::Survey { reached, underway: true } => {
-                let pulled = reached < self.goals();
+                let pulled = reached < self.goals() && self.is_whole();
                 self.towards(here, self.goal(reached), obstacles, length, pulled)
             }
             Task::Gather { place, .. } => self.towards(here, place, obstacles, length, false),
@@ -274,6 +254,11 @@ impl<const N: usize> Member<N> {
         };
     }
 
+    /// Says whether no drone of the swarm is taken for lost.
+    fn is_whole(&self) -> bool {
+        self.team.lost(&self.config).next().is_none()
+    }
+
     /// Looks for a row that lost drones have left to this one, which is `here`; says whether there is one.
     fn takes_over(&mut self, here: Point2) -> bool {
         let (config, begun, survey) = (&self.config, self.begun(), *self.survey());
@@ -295,6 +280,16 @@ impl<const N: usize> Member<N> {
         self.count_rounds_without_progress(start, here);
         let near = |goal: Point2| here.distance(goal) <= self.config.tolerance;
         self.task = match self.task {
+            // Drones that wait for it in their formation may stand before an end of a row.
+            Task::Survey { reached, underway: true }
+                if reached == self.goals()
+                    && self.still > self.config.hold
+                    && !near(self.goal(reached))
+                    && self.takeover.turn() =>
+            {
+                self.still = 0;
+                Task::Survey { reached, underway: true }
+            }
             Task::Survey { reached, underway: true }
                 if near(self.goal(reached)) || self.is_kept_off(here, self.goal(reached)) =>
             {
@@ -410,9 +405,12 @@ impl<const N: usize> Member<N> {
         // A drone that was cut off and came back may be a goal ahead of the others, or in their way.
         // It waits for them, so they neither keep their links to it for ever nor stand before it.
         let held_up = survey && self.still > self.config.hold;
-        // One that flies home, or over the rows of a lost drone, leaves the others.
+        // One that flies home, or over the rows of a lost drone, leaves the others, and all do that survey
+        // without one: its row is a gap that is wider than a link is long. So does one in the
+        // passage that got no farther for long: each of two on the sides of a pillar is kept by the other.
         let leaves = match self.task {
-            Task::Survey { reached, .. } => reached == self.goals(),
+            Task::Survey { reached, .. } => reached == self.goals() || !self.is_whole(),
+            Task::Cross { out: false, pace: Pace::Ahead { blocked } } => blocked > config.hold,
             task => task == Task::Home,
         };
         let lands = self.task == Task::Home;

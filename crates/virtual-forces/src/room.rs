@@ -4,7 +4,7 @@
 use heapless::Vec;
 use units::{Metres, Point2};
 
-use crate::crossing::TURNS;
+use crate::crossing::{FORWARD, TURNS};
 use crate::geometry::{moved, squared};
 use crate::member::DOWN;
 use crate::team::Neighbour;
@@ -78,7 +78,6 @@ impl<'a, const N: usize> Room<'a, N> {
         let other = |other: Neighbour| {
             let (doubt, least) = match other.progress {
                 DOWN if lands => (0.0, LANDED),
-                DOWN => (0.0, guard.drones.0),
                 _ => {
                     let doubt = doubt(config, error, other);
                     (doubt, guard.drones.0 + doubt)
@@ -106,7 +105,7 @@ impl<'a, const N: usize> Room<'a, N> {
     /// `turns` turned as little as need be, or else a part of it straight ahead, or nowhere.
     pub(crate) fn end(&mut self, way: Point2, length: Metres, turns: bool) -> Point2 {
         let here = self.here;
-        let turns = if turns { TURNS.len() } else { 1 };
+        let turns = if turns { FORWARD } else { 1 };
         let whole = TURNS.iter().take(turns).map(|(cos, sin)| {
             let left = Point2::new(-way.y, way.x);
             moved(moved(here, way, cos * length.0), left, sin * length.0)

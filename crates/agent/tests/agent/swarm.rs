@@ -417,14 +417,17 @@ proptest! {
         drones in 2_u16..=4,
         gone in 0_usize..4,
         since in 0_u32..1_000,
+        both in any::<bool>(),
         seed in any::<u64>(),
     ) {
         let gone = Some((gone % usize::from(drones), since));
         let trouble = Trouble { noise: 0.02, loss: 0.1, gone, ..Trouble::NONE };
         let mut world = World::new(drones, trouble, seed);
+        world.config.swarm.both = both;
         prop_assert!(world.fly(), "not over: {:?}", world.states());
         prop_assert!(world.closest > TOUCH, "{}", world.closest);
         prop_assert!(world.has_flown_over(0), "{:?}", world.states());
+        prop_assert!(!both || world.has_flown_over(1), "{:?}", world.states());
     }
 
     #[test]
