@@ -234,9 +234,19 @@ impl<const N: usize> Member<N> {
     /// Begins the next task where the others are as far.
     fn set_out(&mut self, here: Point2) {
         let goals = self.goals();
-        self.task = match self.task {
+        let task = self.task;
+        self.task = match task {
+            // Nobody waits for the others before a row of a lost drone: those that fly over one have not
+            // reached their last goals.
+            Task::Survey { reached, underway: false }
+                if reached == goals
+                    && self.ready(goals.saturating_sub(1))
+                    && self.takes_over(here) =>
+            {
+                Task::Survey { reached, underway: true }
+            }
             Task::Survey { reached, underway: false } if self.ready(reached) => {
-                if reached < goals || self.takes_over(here) {
+                if reached < goals {
                     Task::Survey { reached, underway: true }
                 } else if self.leg == Leg::First {
                     Task::Gather { place: self.place(), held: 0 }
