@@ -12,6 +12,7 @@ pub(crate) struct Charge {
 
 impl Charge {
     /// A battery of which nothing is known.
+    #[inline(always)]
     pub(crate) const fn new() -> Self {
         Self { first: None }
     }

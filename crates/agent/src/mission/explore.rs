@@ -135,6 +135,7 @@ pub(crate) struct Explore {
 
 impl Explore {
     /// A drone that has not heard any other.
+    #[inline(always)]
     pub(crate) const fn new() -> Self {
         Self {
             is_able: false,

@@ -52,6 +52,7 @@ pub(crate) struct Swarm {
 
 impl Swarm {
     /// A drone that has not heard any other.
+    #[inline(always)]
     pub(crate) const fn new() -> Self {
         Self {
             member: None,
