@@ -52,6 +52,7 @@ mod io;
 mod mission;
 mod motion;
 mod odometry;
+mod renew;
 mod state;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};

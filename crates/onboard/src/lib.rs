@@ -180,7 +180,7 @@ impl<S: Seal> Drone<S> {
     pub fn begin(&mut self, config: Config, setup: &Setup) {
         replace(&mut self.config, || config);
         replace(&mut self.identity, || setup.identity);
-        replace(&mut self.agent, || setup.agent());
+        setup.renew(&mut self.agent);
         replace(&mut self.link, || Link::NoKeys);
         replace(&mut self.mailbox, Mailbox::new);
         replace(&mut self.localisation, Localisation::new);

@@ -37,17 +37,15 @@ impl Setup {
         }
     }
 
-    /// The agent at the start of the run.
-    pub(crate) fn agent(&self) -> Agent {
+    /// Makes an agent that of the start of the run.
+    pub(crate) fn renew(&self, agent: &mut Agent) {
         let Identity { node, role } = self.identity;
-        // One call, since each one has an agent of its own on the stack.
-        let mut agent = Agent::new(node, role, self.mission);
+        agent.renew(node, role, self.mission);
         match self.start {
             Start::OnGround => {}
             Start::AfterFault => agent.note_restart(),
             Start::InAir(now) => agent.place_in_air(now),
         }
-        agent
     }
 
     /// The operator's orders at the start of the run.
