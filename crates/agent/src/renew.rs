@@ -44,6 +44,8 @@ fn put<T>(part: &mut T, new: impl FnOnce() -> T) {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
     use std::format;
 
     use units::Instant;
