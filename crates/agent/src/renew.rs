@@ -10,7 +10,7 @@ use crate::state::State;
 
 impl Agent {
     /// Makes this agent what [`Agent::new`] returns, part by part, so that only one part at a time is on the
-    /// stack: a whole agent is some six kilobytes, and the compiler may hold it twice.
+    /// stack: the compiler may hold a whole new agent there, and twice while it is moved.
     pub fn renew(&mut self, id: NodeId, role: Role, mission: MissionKind) {
         let Self {
             id: old_id,
