@@ -17,7 +17,7 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
-use tokio::task::AbortHandle;
+use tokio::task::JoinHandle;
 
 /// The time for the headers of a request, and between two requests of a connection.
 pub const HEADERS: Duration = Duration::from_secs(5);
@@ -58,12 +58,12 @@ pub fn open(at: SocketAddr) -> io::Result<TcpListener> {
 
 /// Serves the routes until the future is dropped.
 pub async fn serve(listener: TcpListener, routes: Router) {
-    let mut waiting: VecDeque<AbortHandle> = VecDeque::new();
+    let mut waiting: VecDeque<JoinHandle<()>> = VecDeque::new();
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
                 let routes = routes.clone().layer(Extension(ClientAddress(peer.ip())));
-                waiting.push_back(tokio::spawn(attend(stream, routes)).abort_handle());
+                waiting.push_back(tokio::spawn(attend(stream, routes)));
             }
             Err(_) => tokio::time::sleep(PAUSE).await,
         }
@@ -72,6 +72,9 @@ pub async fn serve(listener: TcpListener, routes: Router) {
             && let Some(longest) = waiting.pop_front()
         {
             longest.abort();
+            // It is closed before the next one is accepted: where many come at once, there is no
+            // moment with more of them than there may be.
+            let _ = longest.await;
         }
     }
 }

@@ -113,8 +113,7 @@ impl<F: DurableFile> Files<F> {
     fn write_survey(&mut self, node: NodeId, samples: &[Sample]) -> io::Result<()> {
         self.surveys += 1;
         let file = File::create_new(self.folder.join(format!("survey-{}.csv", self.surveys)))?;
-        survey::write(&file, node, samples)?;
-        file.sync()?;
+        survey::write(file, node, samples)?;
         sync_folder(&self.folder)
     }
 
@@ -188,6 +187,17 @@ mod tests {
         assert_eq!(messages(&mcap.after_power_cut()), 2_001);
         let rows = String::from_utf8(packets.after_power_cut()).unwrap();
         assert_eq!(rows.lines().count(), 1 + 1_001);
+    }
+
+    #[test]
+    fn a_power_cut_leaves_a_range_survey() {
+        let file = PowerCutFile::default();
+        let at = units::Instant::from_millis(1_500);
+        let sample = Sample { at, place_m: 4.0, rssi: units::Dbm(-61.5) };
+        survey::write(file.clone(), NodeId(2), &[sample; 3]).unwrap();
+        let rows = String::from_utf8(file.after_power_cut()).unwrap();
+        assert_eq!(rows.lines().count(), 1 + 3, "{rows}");
+        assert!(rows.contains("1.500,"), "{rows}");
     }
 
     /// The recorder's own thread flushes without being told to.

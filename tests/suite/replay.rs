@@ -356,9 +356,22 @@ fn a_file_that_is_not_what_it_claims_is_refused_in_one_line() {
     let folder = folder("refused");
     let image = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x04\0\0\0\x04\0".as_slice();
     let mostly_wrong = "0.4,52,47,\n".repeat(30) + &"what is this\n".repeat(40);
-    let cases: [(&str, &[u8], Option<Format>, &str); 10] = [
+    let cases: [(&str, &[u8], Option<Format>, &str); 13] = [
         ("a.png", image, Some(Format::Tetam), "a.png:1: this is not a row of a TETAM track"),
         ("b.png", image, None, "b.png: this is in none of the known log formats"),
+        (
+            "a.gz",
+            b"\x1f\x8b\x08\0",
+            None,
+            "a.gz: the file as a whole is compressed; unpack it with",
+        ),
+        (
+            "a.zst",
+            b"\x28\xb5\x2f\xfd\0",
+            Some(Format::Mcap),
+            "a.zst: the file as a whole is compre",
+        ),
+        ("a.txt", b"\xff\xfet\0i\0", None, "a.txt: this is text in UTF-16; save it as UTF-8"),
         ("empty", b"", None, "empty: the file is empty"),
         ("blank", b"\n \n\n", Some(Format::Csv), "blank: the file is empty"),
         ("c.csv", b"time,rssi\n0,-50\n", Some(Format::Csv), "c.csv:1: the first row does not name"),

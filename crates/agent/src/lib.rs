@@ -332,7 +332,7 @@ impl Agent {
     ) -> (Setpoint, Walls) {
         let (forward, setpoint, walls) = match wish {
             Wish::Rest => {
-                self.navigator = Navigator::new();
+                self.navigator.renew();
                 (MetresPerSecond::ZERO, Setpoint::Off, Walls::Neither)
             }
             Wish::Stop => (MetresPerSecond::ZERO, Setpoint::Stop, Walls::Neither),
@@ -342,7 +342,7 @@ impl Agent {
             | Wish::Beside { height, .. }
                 if self.is_low(config, inputs.height) =>
             {
-                self.navigator = Navigator::new();
+                self.navigator.renew();
                 (MetresPerSecond::ZERO, Setpoint::hover(height), Walls::Neither)
             }
             Wish::Along { speed, height, guide } => {
@@ -354,7 +354,7 @@ impl Agent {
             }
             Wish::Beside { command, height } => {
                 // The way along the wall is no part of the path that the navigator keeps.
-                self.navigator = Navigator::new();
+                self.navigator.renew();
                 let NavCommand { forward, lateral, yaw_rate, walls } = command;
                 (forward, Setpoint::Fly { forward, lateral, yaw_rate, height }, walls)
             }

@@ -1,6 +1,5 @@
 //! Begins an agent's run anew in the memory that it has.
 
-use tunnel_nav::Navigator;
 use units::{MissionKind, NodeId, Role};
 
 use crate::Agent;
@@ -10,7 +9,7 @@ use crate::state::State;
 
 impl Agent {
     /// Makes this agent what [`Agent::new`] returns, part by part, so that only one part at a time is on the
-    /// stack: the compiler may hold a whole new agent there, and twice while it is moved.
+    /// stack. The compiler may hold a whole agent there twice.
     pub fn renew(&mut self, id: NodeId, role: Role, mission: MissionKind) {
         let Self {
             id: old_id,
@@ -29,7 +28,7 @@ impl Agent {
         (*old_id, *old_role, *state) = (id, role, State::Idle);
         put(old_mission, || Mission::new(mission));
         put(outbox, Outbox::new);
-        put(navigator, Navigator::new);
+        navigator.renew();
         put(odometry, Odometry::new);
         (*heeded, *last_step) = (None, None);
         (*recalled, *fit, *sequence) = (false, true, 0);

@@ -2,7 +2,9 @@
 //! the tunnel.
 
 mod aside;
+mod bend;
 mod detour;
+mod dither;
 mod home;
 mod look;
 mod lost;
@@ -10,6 +12,7 @@ mod place;
 mod slide;
 
 use self::detour::Detour;
+use self::dither::Dither;
 use self::lost::Lost;
 use self::slide::Slide;
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
@@ -192,6 +195,8 @@ const OPENED_AHEAD: Metres = Metres(1.4);
 const NEAR_END: i32 = 8;
 /// Before a wall, the path this far ahead says to which side the tunnel turns, m, …
 const HINT: f32 = 0.4;
+/// The path this far behind leads along the gallery by which the drone came to a bend, m.
+const BEFORE_BEND: f32 = 1.5;
 /// … where its heading there differs by more than this, rad.
 const BENT: f32 = 0.35;
 /// The gain, in 1/s, by which the trail holds the nose where walls decide: enough against a nose
@@ -275,6 +280,10 @@ pub struct Navigator {
     /// The way flown since a wall was last seen on the left and on the right, m, forward positive.
     unseen: [f32; 2],
     slide: Slide,
+    /// The side to which the gallery goes on at an end that the drone has come to.
+    bends_to: Option<Side>,
+    /// Whether it turns to and fro without walls at its sides.
+    dither: Dither,
     /// The way at which the tunnel last opened, to any side.
     opened: Option<Metres>,
     /// How the drone keeps to the chosen side of a wide gallery.
@@ -314,9 +323,82 @@ impl Navigator {
             returns: 0.0,
             unseen: [0.0; 2],
             slide: Slide::new(),
+            bends_to: None,
+            dither: Dither::new(),
             opened: None,
             margin: Margin::new(),
         }
+    }
+
+    /// Makes this navigator what [`Self::new`] returns, in its place: the path alone would take 3.6 kB of the
+    /// stack.
+    pub fn renew(&mut self) {
+        let Self {
+            left,
+            right,
+            centred,
+            trail,
+            way,
+            aside,
+            blocked,
+            shifted,
+            stands,
+            turned_early,
+            detour,
+            bridge,
+            company,
+            hits,
+            opening,
+            creep,
+            faces_back,
+            fork,
+            scan,
+            farthest,
+            idle,
+            looked,
+            rests,
+            lost,
+            led_back,
+            returns,
+            unseen,
+            slide,
+            bends_to,
+            dither,
+            opened,
+            margin,
+        } = self;
+        trail.renew();
+        *left = Track::Unknown;
+        *right = Track::Unknown;
+        *centred = 0.0;
+        *way = Metres::ZERO;
+        *aside = Metres::ZERO;
+        *blocked = 0;
+        *shifted = 0.0;
+        *stands = 0;
+        *turned_early = 0.0;
+        *detour = Detour::new();
+        *bridge = Bridge::new();
+        *company = Company::new();
+        *hits = Hits::new();
+        *opening = None;
+        *creep = 0.0;
+        *faces_back = false;
+        *fork = Fork::new();
+        *scan = Scan::new();
+        *farthest = 0;
+        *idle = 0;
+        *looked = None;
+        *rests = 0;
+        *lost = Lost::new();
+        *led_back = None;
+        *returns = 0.0;
+        *unseen = [0.0; 2];
+        *slide = Slide::new();
+        *bends_to = None;
+        *dither = Dither::new();
+        *opened = None;
+        *margin = Margin::new();
     }
 
     /// Notes how the drone is guided at the junctions that come.
@@ -375,7 +457,11 @@ impl Navigator {
         let gallery = self.find_place(ranges, bearings, moved, speed);
         // A drone that turns on the spot is where its path ends, whichever way its nose points.
         let off = if self.scan.is_on() { None } else { self.off_trail(ranges, bearings, speed) };
-        let ahead = self.one_way(config, ranges, self.trail.off(HINT).0);
+        self.note_bend(ranges);
+        let mut ahead = self.one_way(config, ranges, self.trail.off(HINT).0);
+        if speed.0 > HOVERING {
+            self.end_dither(config, ranges, &mut ahead);
+        }
         let astern = self.one_way(config, &ranges.seen_backwards(), -self.trail.off(-HINT).0);
         let leading = if speed.0 < 0.0 { &astern } else { &ahead };
         let off = self.off_home(leading.walls, off, bearings, speed).or(off);
@@ -662,6 +748,13 @@ impl Navigator {
             (Some(l), Some(r)) => {
                 (c_l * (l.front - r.front), c_r * (l.excess() - r.excess()), Walls::Both)
             }
+            // The gallery ends ahead and goes on at the side that has opened.
+            (Some(l), None) if self.ends_towards(Side::Right, [ranges.ne, ranges.se], l) => {
+                (0.0, -config.max_yaw_rate.0, Walls::Neither)
+            }
+            (None, Some(r)) if self.ends_towards(Side::Left, [ranges.nw, ranges.sw], r) => {
+                (0.0, config.max_yaw_rate.0, Walls::Neither)
+            }
             // Equation (18), and its mirror image.
             (Some(l), None) => {
                 let yaw_rate = 2.0 * c_r * l.excess() - ahead(ranges.ne, ranges.nw);
@@ -717,10 +810,24 @@ impl Navigator {
         {
             return 0.0;
         }
+        // A front beam that looks past the corner of the bend ends there; where the rear beam of the side that
+        // has opened looks far, that side leads on.
+        let leads_on =
+            |side: Side, rear: Range| self.bends_to == Some(side) && is_open(nearest(rear));
         let alike = (left - right).abs() < 0.1 * (left + right);
         let to_left = match (is_open(left), is_open(right), self.opening) {
             _ if self.led_back.is_some() => {
                 self.led_back.is_some_and(|(side, _)| side == Side::Right)
+            }
+            (true, false, Some((Side::Right, _)))
+                if leads_on(Side::Right, ranges.se) && left < config.reach.0 =>
+            {
+                false
+            }
+            (false, true, Some((Side::Left, _)))
+                if leads_on(Side::Left, ranges.sw) && right < config.reach.0 =>
+            {
+                true
             }
             (true, false, _) => true,
             (false, true, _) => false,

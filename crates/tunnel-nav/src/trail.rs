@@ -24,9 +24,10 @@ use crate::plane::{Vec2, axes, dot, minus, plus, wrapped};
 
 /// The distance between two crumbs, m.
 const SPACING: f32 = 0.2;
-/// The number of crumbs kept: 51.2 m of path. A relay needs a few metres of it to hover in a bend;
-/// a drone that comes home needs all of the way since then, past junctions and sharp bends.
-const CRUMBS: usize = 256;
+/// The number of crumbs kept: 120 m of path. A relay needs a few metres of it to hover in a bend;
+/// a drone that comes home needs all of the way since its take-off, past junctions and sharp bends:
+/// missions to 100 m, with a fifth for what a drone flies beside the straight way.
+const CRUMBS: usize = 600;
 /// The resolution at which the position of a crumb is kept, m: 16 bits then tell apart places within
 /// 131 m, and the path that is kept is shorter.
 const GRID: f32 = 0.002;
@@ -199,8 +200,14 @@ impl Trail {
         }
     }
 
-    /// Forgets the whole path: it begins anew where the drone is. In place, since a new trail on the stack
-    /// would take 1.6 kB.
+    /// Makes this trail what [`Self::new`] returns, in its place.
+    pub(crate) fn renew(&mut self) {
+        self.forget();
+        self.crumbs.fill(Packed::ORIGIN);
+        (self.heading, self.drift) = (0.0, 0.0);
+    }
+
+    /// Forgets the whole path: it begins anew where the drone is.
     pub(crate) fn forget(&mut self) {
         self.at = [0.0; 2];
         (self.first, self.last, self.near, self.part) = (0, -1, 0, 0.0);

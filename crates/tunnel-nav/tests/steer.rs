@@ -371,3 +371,19 @@ fn check(command: &NavCommand, speed: f32) -> Result<(), TestCaseError> {
     prop_assert!(command.yaw_rate.abs() <= CONFIG.max_yaw_rate, "{command:?}");
     Ok(())
 }
+
+#[test]
+fn a_navigator_made_anew_is_a_new_one_whatever_it_was() {
+    let mut navigator = Navigator::new();
+    for round in 0..200 {
+        let way = Metres(0.04 * round as f32);
+        let length = if round % 50 < 25 { 0.5 } else { 1.2 };
+        let ranges = beams(at(0.5), at(length), at(0.5), Range::Clear);
+        let heading = Some(Radians(0.3 + 0.01 * round as f32));
+        let bearings = Bearings { way, heading, ..Bearings::default() };
+        navigator.step(&CONFIG, &ranges, MetresPerSecond(0.2), &bearings);
+    }
+    assert_ne!(navigator, Navigator::new());
+    navigator.renew();
+    assert_eq!(navigator, Navigator::new());
+}

@@ -80,4 +80,15 @@ pub(super) mod tests {
             Ok(())
         }
     }
+
+    /// A pipe and a device are on no disk, and the system says so where it is asked.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn the_system_is_asked_to_put_files_and_names_onto_the_disk() {
+        let (_reader, writer) = io::pipe().unwrap();
+        let pipe = File::from(std::os::fd::OwnedFd::from(writer));
+        assert!(pipe.sync().is_err());
+        assert!(sync_folder(Path::new("/dev/null")).is_err());
+        assert!(sync_folder(&std::env::temp_dir()).is_ok());
+    }
 }

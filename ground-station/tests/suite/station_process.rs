@@ -63,6 +63,12 @@ impl StationProcess {
         (Self { page: page.parse().unwrap(), process }, line)
     }
 
+    /// The folder in which the system lists the files that the station has open.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn files(&self) -> std::path::PathBuf {
+        format!("/proc/{}/fd", self.process.id()).into()
+    }
+
     /// Suspends the station, or lets it go on.
     #[cfg(unix)]
     pub(crate) fn signal(&self, signal: &str) {

@@ -22,6 +22,7 @@ pub mod link;
 pub mod mishaps;
 mod net;
 pub mod placement;
+pub mod places;
 pub mod stock;
 pub mod throughput;
 
@@ -40,6 +41,7 @@ pub const REGISTRY: &[Entry] = &[
     Entry::of::<estimator::EstimatorBench>(),
     Entry::of::<link::LinkBench>(),
     Entry::of::<junctions::JunctionsBench>(),
+    Entry::of::<places::PlacesBench>(),
     Entry::of::<explore::ExploreBench>(),
     Entry::of::<attacks::AttacksBench>(),
     Entry::of::<placement::PlacementBench>(),
@@ -74,6 +76,8 @@ pub(crate) enum Needs {
     Nothing,
     /// It flies the firmware's ELF in the emulator, which a build with the feature `virtual` has.
     Firmware,
+    /// It flies in the places of a folder, which this repository does not have.
+    Data,
     /// It flies the vendor's ELF, which no build of this repository makes, in the same emulator.
     VendorsFirmware,
 }
@@ -170,7 +174,7 @@ impl Entry {
         match self.needs {
             Needs::Nothing => true,
             Needs::Firmware => cfg!(feature = "virtual"),
-            Needs::VendorsFirmware => false,
+            Needs::VendorsFirmware | Needs::Data => false,
         }
     }
 }

@@ -331,6 +331,7 @@ impl Route {
         let found = Galleries::of(&graph, &nodes, around_m);
         let tunnel =
             Tunnel::surveyed(found.skeleton(), &found.passages).map_err(RouteError::Geometry)?;
+        let median_width_m = found.galleries.first().map_or(0.0, |main| main.width);
         let route = Self {
             from,
             to,
@@ -343,8 +344,8 @@ impl Route {
             hindrances,
             side_galleries: found.galleries.len().saturating_sub(1),
             above_or_below: found.above_or_below,
-            median_width_m: found.galleries.first().map_or(0.0, |main| main.width),
-            long_reach_m: None,
+            median_width_m,
+            long_reach_m: long_reach(median_width_m),
             marks: marks(&found, &nodes, |node| (graph.name(node), graph.position(node)[2])),
             warnings: with_remark(&survey.warnings, crossing.as_ref()),
             crossing,

@@ -42,6 +42,8 @@ pub struct Commanded {
     pub way: Path,
     /// Where the pilot first looks into a dead end, if so.
     pub detour: Option<Detour>,
+    /// How long a full battery carries the head, s, where it turns back with what carries it home.
+    pub endurance_s: Option<f32>,
 }
 
 /// A dead end into which the pilot looks before the chain goes on.
@@ -60,7 +62,11 @@ impl Commanded {
     #[must_use]
     pub fn along_main(world: &World) -> Self {
         let along = world.skeleton().edge(0).line().length();
-        Self { way: world.path_to(SkeletonPlace { edge: 0, along }), detour: None }
+        Self {
+            way: world.path_to(SkeletonPlace { edge: 0, along }),
+            detour: None,
+            endurance_s: None,
+        }
     }
 
     /// How far along the way a place is; beside the way, where its gallery leaves it.
@@ -75,7 +81,7 @@ impl Commanded {
 /// Why the oracle's head got no farther.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// The pilot ordered no more.
+    /// The pilot ordered no more, or the head's battery called it home.
     Pilot,
     /// The gallery ends.
     Gallery,
@@ -231,7 +237,8 @@ impl Timing {
         behind.unwrap_or_default()
     }
 
-    /// When the head first is at each place, by the pilot's stick.
+    /// When the head first is at each place, by the pilot's stick, which stops it at the depth that the
+    /// scenario has, and as far as its battery lets it fly on.
     fn piloted(&self, scenario: &Scenario, commanded: &Commanded, allowed: &[f32]) -> Vec<f32> {
         let round = seconds(ROUND_US);
         let mut head = self.rows.first().copied().unwrap_or(0.0);
@@ -242,6 +249,8 @@ impl Timing {
         let mut steps = scenario.pilot.iter().peekable();
         let mut speed = 0.0;
         let rounds = scenario.duration_us / ROUND_US;
+        let deepest = scenario.depth_m.unwrap_or(f32::INFINITY);
+        let battery = Battery::of(scenario, commanded, begins);
         for now_us in (0..rounds).map(|n| n * ROUND_US) {
             while let Some(step) = steps.next_if(|step| step.at_us <= now_us) {
                 match step.task {
@@ -254,18 +263,43 @@ impl Timing {
             if now <= begins {
                 continue;
             }
+            if battery.as_ref().is_some_and(|battery| battery.calls_home(now, head)) {
+                return times;
+            }
             while allowed.get(free + 1).is_some_and(|time| *time <= now) {
                 free += 1;
             }
             let flown = speed.clamp(-self.speed, self.speed) * round;
             let detour = commanded.detour.filter(|detour| now_us < detour.until_us);
             (head, aside) = moved(head, aside, flown, detour);
-            head = head.clamp(0.0, free as f32 * STEP_M + 1e-3);
+            head = head.clamp(0.0, (free as f32 * STEP_M + 1e-3).min(deepest + 1e-3));
             while times.len() as f32 * STEP_M <= head + 1e-3 {
                 times.push(now);
             }
         }
         times
+    }
+}
+
+/// The battery of a head that turns back with what carries it home.
+struct Battery<'a> {
+    flight: &'a agent::FlightConfig,
+    /// When it would be at its reserve, s since the start.
+    empty_s: f32,
+}
+
+impl<'a> Battery<'a> {
+    /// The battery of a head that is at its height at this moment.
+    fn of(scenario: &'a Scenario, commanded: &Commanded, up_s: f32) -> Option<Self> {
+        let flight = &scenario.agent.flight;
+        let empty = |endurance_s| up_s - flight.rise_s() + endurance_s;
+        commanded.endurance_s.map(|endurance_s| Self { flight, empty_s: empty(endurance_s) })
+    }
+
+    /// Whether it calls a head home that is so far from the base, m.
+    fn calls_home(&self, now_s: f32, head_m: f32) -> bool {
+        let home_s = head_m / self.flight.return_speed.0;
+        self.empty_s - now_s < self.flight.turns_back_below(home_s)
     }
 }
 

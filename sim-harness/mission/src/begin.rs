@@ -6,6 +6,7 @@ use random::{Purpose, Stream};
 use units::Order;
 
 use super::contacts::Contacts;
+use super::guide::Guide;
 use super::hosted::Clocks;
 use super::ideal::IdealLink;
 use super::log::OrderLog;
@@ -63,6 +64,7 @@ impl<'a> Mission<'a> {
             response: Response::new(&scenario.vehicle),
             source: Source::Script,
             pilot: Cow::Borrowed(&scenario.pilot),
+            route: Guide::of(scenario, world),
             losses: Cow::Borrowed(&scenario.losses),
             now_us: 0,
             contacts: Contacts::default(),

@@ -27,6 +27,7 @@ mod begin;
 mod called;
 mod clients;
 mod contacts;
+mod guide;
 mod hosted;
 mod ideal;
 mod intruders;
@@ -59,6 +60,7 @@ use scenario::{Fidelity, Loss, LossKind, PilotStep, Scenario};
 
 pub use called::{Law, with_called_law};
 use contacts::Contacts;
+use guide::Guide;
 use ideal::IdealLink;
 pub use ideal::delays;
 use intruders::Intruders;
@@ -116,6 +118,8 @@ pub struct Mission<'a> {
     source: Source,
     /// The orders of the pilot, in order of time: the scenario's, or [steered](Self::steer) ones.
     pilot: Cow<'a, [PilotStep]>,
+    /// What a pilot who follows a map's route chooses at its junctions.
+    route: Guide,
     /// The drones that are lost, in order of time: the scenario's, and those that the caller loses.
     losses: Cow<'a, [Loss]>,
     now_us: u64,

@@ -104,24 +104,22 @@ impl Mission<'_> {
             Source::Script => {
                 let steps = self.pilot.iter();
                 let step = steps.take_while(|step| step.at_us <= now_us).last();
-                Some(self.no_deeper(step.map_or(Order::Wait, |step| step.task)))
+                Some(self.along_route(step.map_or(Order::Wait, |step| step.task)))
             }
         }
     }
 
-    /// The order that stops the head where its odometer says that it is as deep as the scenario lets
-    /// it fly.
-    fn no_deeper(&self, task: Order) -> Order {
+    /// The order of a pilot who stops the head where its odometer says that it is as deep as the
+    /// scenario lets it fly, and who chooses the way of a map's route at junctions.
+    fn along_route(&self, task: Order) -> Order {
         let head = self.members.first().and_then(|head| head.outputs.as_ref());
-        let way = head.map(|outputs| outputs.status.here.odometer.0);
-        match task {
-            Order::Explore(course)
-                if course.speed > MetresPerSecond::ZERO
-                    && way.zip(self.scenario.depth_m).is_some_and(|(way, deep)| way >= deep) =>
-            {
-                Order::Explore(Course { speed: MetresPerSecond::ZERO, ..course })
-            }
-            other => other,
-        }
+        let way_m = head.map_or(0.0, |outputs| outputs.status.here.odometer.0);
+        let Order::Explore(course) = task else { return task };
+        let is_deep = self.scenario.depth_m.is_some_and(|deep| way_m >= deep);
+        let stops = is_deep && course.speed > MetresPerSecond::ZERO;
+        Order::Explore(Course {
+            speed: if stops { MetresPerSecond::ZERO } else { course.speed },
+            branch: course.branch.or_else(|| self.route.branch(way_m)),
+        })
     }
 }

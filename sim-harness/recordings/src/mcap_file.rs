@@ -109,9 +109,18 @@ impl Findings {
 /// Gives every message of a file to `visit`, in the order in which they stand, until the end of the
 /// data or to where the file is damaged.
 pub fn read(bytes: &[u8], visit: &mut dyn FnMut(&Message<'_>)) -> Findings {
+    read_within(bytes, MOST_UNPACKED, visit)
+}
+
+/// The same, where the chunks may hold so many bytes when unpacked.
+fn read_within(
+    bytes: &[u8],
+    most_unpacked: usize,
+    visit: &mut dyn FnMut(&Message<'_>),
+) -> Findings {
     let mut reader =
         Reader { topics: BTreeMap::new(), span_ns: None, findings: Findings::default(), visit };
-    reader.findings.damage = reader.file(bytes).err();
+    reader.findings.damage = reader.file(bytes, most_unpacked).err();
     reader.findings
 }
 
@@ -125,11 +134,11 @@ struct Reader<'v> {
 }
 
 impl Reader<'_> {
-    fn file(&mut self, bytes: &[u8]) -> Result<(), Damage> {
+    fn file(&mut self, bytes: &[u8], most_unpacked: usize) -> Result<(), Damage> {
         if !bytes.starts_with(MAGIC) {
             return Err(Damage::new(0, "it does not begin as an MCAP file does"));
         }
-        let mut room = MOST_UNPACKED;
+        let mut room = most_unpacked;
         for record in Records::of(bytes, MAGIC.len()) {
             let record = record?;
             match record.opcode {

@@ -81,7 +81,7 @@ fn sub_command_all() -> Command {
         .value_parser(value_parser!(usize))
         .help("Number of missions, or flights, for each row, in the benchmarks that fly many");
     Common::augment_args(Command::new(ALL).arg(runs))
-        .about("Every benchmark that this build has but `stock`, one after the other")
+        .about("Every benchmark that this build has but `places` and `stock`, one after the other")
         .long_about(None)
 }
 

@@ -33,8 +33,8 @@ enum MapVerb {
 
 #[derive(Args)]
 struct ConvertArgs {
-    /// The map: Survex (.svx, .3d), Compass (.dat, .mak), Walls (.srv, .wpj), SubT (.dot, .sdf),
-    /// map_server (.yaml), or a scenario (.toml)
+    /// The map: Survex (.svx, .3d), Compass (.dat, .mak), Walls (.srv, .wpj), Therion (.th),
+    /// VisualTopo (.tro), SubT (.dot, .sdf), map_server (.yaml), or a scenario (.toml)
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Read the files that belong to the map from this folder and those below it; where left out,
@@ -63,8 +63,8 @@ struct ConvertArgs {
 
 #[derive(Args)]
 struct InfoArgs {
-    /// The map: Survex (.svx, .3d), Compass (.dat, .mak), Walls (.srv, .wpj), SubT (.dot, .sdf) or
-    /// map_server (.yaml)
+    /// The map: Survex (.svx, .3d), Compass (.dat, .mak), Walls (.srv, .wpj), Therion (.th),
+    /// VisualTopo (.tro), SubT (.dot, .sdf) or map_server (.yaml)
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Read the files that belong to the map from this folder and those below it; where left out,

@@ -3,10 +3,10 @@
 
 use std::path::{Path, PathBuf};
 
+use benchmarks::places::invariants;
 use cave_survey::{Memory, Survey, read};
 use maps::{Ends, Hindrance, HindranceKind, Map, Route, RouteEnd, RouteError, STEEPEST_DEG, open};
-use units::Point2;
-use world::{SkeletonPlace, Tunnel};
+use world::Tunnel;
 
 /// A gallery, a sump of 12 m, and 30 m behind it.
 const SUMP: &str = "1 2 20 90 0\n2 3 20 90 0\n*data diving from to tape compass fromdepth todepth\n\
@@ -133,6 +133,19 @@ fn a_squeeze_that_is_named_or_half_measured_is_not_flown() {
     assert!((width - 0.95).abs() < 0.01, "{width}");
 }
 
+/// From the middle of a passage of 5 m, beams at 45° meet its walls after 3.5 m.
+#[test]
+fn a_wide_passage_is_flown_with_rangers_that_see_its_walls() {
+    let passage = |half: f32| {
+        format!(
+            "1 2 20 90 0\n2 3 20 60 0\n*data passage station left right up down\n\
+             1 {half} {half} 2 1\n2 {half} {half} 2 1\n3 {half} {half} 2 1\n"
+        )
+    };
+    let reach = |half| find(&passage(half), "1", "3").unwrap().0.long_reach_m;
+    assert_eq!([reach(1.0), reach(2.5)], [None, Some(4.0)]);
+}
+
 /// The legs of a refusal or of an end are legs of the survey.
 fn assert_names_a_leg(survey: &Survey, from: &str, to: &str, what: &str) {
     let same = |a: usize, name: &str| {
@@ -148,47 +161,13 @@ fn assert_names_a_leg(survey: &Survey, from: &str, to: &str, what: &str) {
 /// No two places of a route that are more than 4 m apart along it are within 1.5 m in the plan with
 /// more than 3 m of height between.
 fn assert_one_level(route: &Route, tunnel: &Tunnel, what: &str) {
-    let line = tunnel.skeleton().edge(0).line();
-    let height = |along: f32| {
-        let next = route.marks.partition_point(|mark| mark.along_m < along);
-        let next = next.clamp(1, route.marks.len() - 1);
-        let [a, b] = [&route.marks[next - 1], &route.marks[next]];
-        let part = (along - a.along_m) / (b.along_m - a.along_m).max(1e-3);
-        a.height_m + part.clamp(0.0, 1.0) * (b.height_m - a.height_m)
-    };
-    let count = (line.length() / 0.25) as usize;
-    let places: Vec<(f32, Point2, f32)> = (0..=count)
-        .map(|n| 0.25 * n as f32)
-        .map(|along| (along, line.at(along).0, height(along)))
-        .collect();
-    for (n, (along, at, height)) in places.iter().enumerate() {
-        for (other, there, above) in places[..n].iter().filter(|(it, ..)| along - it > 4.0) {
-            let is_over = at.distance(*there).0 < 1.5 && (height - above).abs() > 3.3;
-            assert!(!is_over, "{what}: {along} m is {} m over {other} m", height - above);
-        }
-    }
+    assert_eq!(invariants::one_level(route, tunnel), None, "{what}");
 }
 
-/// Asserts that a drone which flies along the route, at any place across the passage, comes to the end
-/// with the route's length.
+/// A drone that flies along the route, at any place across the passage, comes to the end with the
+/// route's length.
 fn assert_true_length(tunnel: &Tunnel, what: &str) {
-    let line = tunnel.skeleton().edge(0).line();
-    for part in [-0.7_f32, -0.35, 0.0, 0.35, 0.7] {
-        let (mut last, mut shift) = (SkeletonPlace::main(0.0), 0.0);
-        for n in 0..=(line.length() / 0.1) as usize {
-            let (middle, [x, y]) = line.at(0.1 * n as f32);
-            let side = [-y * part.signum(), x * part.signum()];
-            shift = part.abs() * tunnel.range(middle, side, 8.0).min(8.0);
-            let at = Point2::new(middle.x + side[0] * shift, middle.y + side[1] * shift);
-            last = tunnel.place(at, Some(last));
-        }
-        let missing = (line.length() - last.along).abs();
-        // The end of the line is the middle of the last wall, and a gallery may be 1.5 m wide there.
-        assert!(
-            last.edge == 0 && missing < 1.5 + 0.5 * shift,
-            "{what}: {missing} m at {part} of the width"
-        );
-    }
+    assert_eq!(invariants::true_length(tunnel), None, "{what}");
 }
 
 fn assert_invariants(survey: &Survey, ends: &Ends, what: &str) -> Option<Tunnel> {

@@ -26,6 +26,7 @@ pub use polyline::{Foot, Polyline};
 pub use radio::{AntennaTable, FadingTable, ModelTable, ShadowingTable};
 pub use radio::{Known, Radio, RadioPlace, SurveyedPlace};
 pub use raster::MOST_CELLS;
+pub use skeleton::forks;
 pub use skeleton::{
     Edge, Gallery, Joint, Knot, Leg, Node, NodeKind, Path, Skeleton, SkeletonPlace,
 };

@@ -7,6 +7,7 @@
 //! and the length along it; the *geodesic distance* of two places is the length of the shortest
 //! way between them on the skeleton. A single corridor is a skeleton with one edge.
 
+pub mod forks;
 mod hops;
 mod join;
 mod knots;

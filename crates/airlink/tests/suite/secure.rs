@@ -212,6 +212,9 @@ fn a_packet_that_was_held_back_for_seconds_is_refused() {
     let orders = |event: &&Event| matches!(event, Event::Order { .. });
     assert!(events.iter().filter(orders).count() <= 10, "{events:?}");
     assert!(held > 400, "{held} held, {replayed} replayed");
+    // Nor does what a neighbour said of itself so long ago, which takes the place of what is so now.
+    let reports = events.iter().filter(|event| matches!(event, Event::Report { .. })).count();
+    assert!((1..=40).contains(&reports), "{reports} reports");
     // The drone hears the others as before, and obeys.
     net.nodes[0].position -= 100;
     let seen = net.received.len();

@@ -4,13 +4,11 @@ use core::f32::consts::PI;
 
 use units::MetresPerSecond;
 
-use super::{BLOCKED, Bearings, HOVERING, NEAR_END, Navigator};
+use super::{BEFORE_BEND, BLOCKED, Bearings, HOVERING, NEAR_END, Navigator};
 use crate::Diagonals;
 use crate::plane::wrapped;
 use crate::scan::{Came, Home, Seeks, Stands};
 
-/// The path this far behind leads along the gallery by which the drone came to a bend, m.
-const BEFORE_BEND: f32 = 1.5;
 /// A path that has not grown for this many iterations does not grow by itself: 25 s, in which a drone flies
 /// 1.2 m at the least speed.
 const STUCK: u8 = 125;

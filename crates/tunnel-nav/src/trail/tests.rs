@@ -20,10 +20,10 @@ fn ground_is_known_once_flown_and_forgotten_far_away() {
         trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
     }
     assert!(trail.knows(-0.7) && !trail.knows(0.2));
-    for _ in 0..1_200 {
+    for _ in 0..2_600 {
         trail.advance([0.05, 0.0], Radians(1.5), Flies::NoseFirst);
     }
-    assert!(trail.knows(-51.0) && !trail.knows(-52.0));
+    assert!(trail.knows(-119.0) && !trail.knows(-121.0));
 }
 
 #[test]

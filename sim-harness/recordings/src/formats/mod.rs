@@ -162,9 +162,8 @@ pub fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recording), 
             InputError::new("the file is empty", "give a log with at least one row").in_file(file)
         );
     }
-    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
-        let wrong = "this is text in UTF-16";
-        return Err(InputError::new(wrong, "save it as UTF-8").in_file(file));
+    if let Some((wrong, remedy)) = other_coding(&bytes) {
+        return Err(InputError::new(wrong, remedy).in_file(file));
     }
     let format = format.or_else(|| Format::told_from(&bytes)).ok_or_else(|| {
         InputError::new(
@@ -180,6 +179,21 @@ pub fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recording), 
     }
     let recording = format.parse(&bytes, file)?;
     check(format, recording, &bytes, file).map(|recording| (format, recording))
+}
+
+/// What is wrong with a file whose first bytes show that it has to be decoded before it can be read,
+/// and the remedy.
+fn other_coding(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    let packed = "the file as a whole is compressed";
+    match bytes {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some(("this is text in UTF-16", "save it as UTF-8")),
+        // The marks of RFC 1952, of RFC 8878, of the LZ4 frame format 1.6 and of ZIP (APPNOTE 6.3).
+        [0x1f, 0x8b, ..] => Some((packed, "unpack it with gunzip")),
+        [0x28, 0xb5, 0x2f, 0xfd, ..] => Some((packed, "unpack it with unzstd")),
+        [0x04, 0x22, 0x4d, 0x18, ..] => Some((packed, "unpack it with unlz4")),
+        [b'P', b'K', 3, 4, ..] => Some((packed, "unpack it with unzip")),
+        _ => None,
+    }
 }
 
 fn check(

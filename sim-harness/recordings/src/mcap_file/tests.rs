@@ -107,17 +107,36 @@ fn an_unknown_compression_is_named() {
 /// A few bytes that unpack to more than a file may have are not unpacked to the end.
 #[test]
 fn a_chunk_is_not_unpacked_beyond_what_it_claims() {
-    for pack in [zstd, lz4] {
-        let bytes = packed("zstd", |records| {
+    for (name, pack) in [("zstd", zstd as fn(&[u8]) -> Vec<u8>), ("lz4", lz4)] {
+        let bytes = packed(name, |records| {
             let mut long = records.to_vec();
             long.resize(8 << 20, 0);
             pack(&long)
         });
         let (_, findings) = told(&bytes);
-        assert!(findings.damage.is_some());
+        let why = findings.damage.map(|damage| damage.why).unwrap_or_default();
+        assert!(why.ends_with("or more"), "{name}: {why}");
     }
     let record = Record { opcode: opcode::CHUNK, at: 0, body: &[] };
     assert!(Chunk::of(&record).is_err());
+}
+
+/// A small file that holds much more when it is unpacked.
+#[test]
+fn chunks_are_unpacked_up_to_a_bound_for_the_whole_file() {
+    for (name, pack) in [("zstd", zstd as fn(&[u8]) -> Vec<u8>), ("lz4", lz4)] {
+        let bytes = packed(name, pack);
+        let unpacked = |most| {
+            let mut messages = 0;
+            let findings = read_within(&bytes, most, &mut |_| messages += 1);
+            (messages, findings.damage.map(|damage| damage.why))
+        };
+        assert_eq!(unpacked(MOST_UNPACKED), (MESSAGES, None));
+        // Room for the first of its chunks.
+        let (messages, why) = unpacked(5_000);
+        assert!(0 < messages && messages < MESSAGES, "{name}: {messages}");
+        assert!(why.is_some_and(|why| why.contains("when unpacked")), "{name}");
+    }
 }
 
 #[test]

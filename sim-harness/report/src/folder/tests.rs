@@ -133,8 +133,11 @@ fn a_list_cannot_name_a_file_elsewhere() {
     fs::write(scratch.path().join("precious"), "mine").unwrap();
     let text = fs::read_to_string(&list).unwrap();
     for name in ["../precious", "..", "/etc", ""] {
-        fs::write(&list, format!("{text}bcb8f1ac 4 {name}\n")).unwrap();
-        assert!(scratch.command(&[("a", "1")]).is_err(), "{name:?}");
+        // The checksum and the size of that file: by them it would be one that this program wrote.
+        let crc = crc32fast::hash(b"mine");
+        fs::write(&list, format!("{text}{crc:08x} 4 {name}\n")).unwrap();
+        let error = scratch.command(&[("a", "1")]).unwrap_err();
+        assert!(error.to_string().contains("give --out a new or an empty directory"), "{error}");
     }
     assert_eq!(fs::read_to_string(scratch.path().join("precious")).unwrap(), "mine");
 }
@@ -204,6 +207,49 @@ fn two_commands_do_not_write_into_one_directory() {
         scratch.command(&[("a", "1")]).unwrap();
     }
     assert_eq!(scratch.names(), ["out"]);
+}
+
+/// Whoever looks into the directory at any moment, as after a command that is killed then, finds the
+/// results of one command, all of them.
+#[test]
+#[cfg(target_os = "linux")]
+fn results_are_replaced_as_a_whole_or_not_at_all() {
+    use std::os::fd::AsRawFd;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    let scratch = Scratch::new("at-once");
+    let out = scratch.path().join("out");
+    scratch.command(&[("a", "0"), ("b", "0")]).unwrap();
+    fs::write(out.join("notes"), "mine").unwrap();
+    let is_done = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let looker = scope.spawn(|| {
+            let mut looks = 0;
+            while !is_done.load(Ordering::Relaxed) {
+                // The directory of this moment, under whatever name.
+                let held = File::open(&out).expect("there is always one");
+                let itself = PathBuf::from(format!("/proc/self/fd/{}", held.as_raw_fd()));
+                let read = |name| fs::read_to_string(itself.join(name)).ok();
+                let found = (read("a"), read("b"));
+                // One that was replaced meanwhile is being cleared.
+                if let (Some(a), Some(b)) = found {
+                    assert_eq!(a, b, "of two commands");
+                    looks += 1;
+                }
+            }
+            looks
+        });
+        for n in 1..=300 {
+            let text = n.to_string();
+            let written = scratch.command(&[("a", &text), ("b", &text)]);
+            if looker.is_finished() || written.is_err() {
+                break;
+            }
+        }
+        is_done.store(true, Ordering::Relaxed);
+        assert!(looker.join().unwrap() > 0);
+    });
+    let expected = [("a", "300"), ("b", "300"), ("notes", "mine")];
+    assert_eq!(scratch.out().unwrap(), named(&expected));
 }
 
 /// What is there after a command was killed at any step of its writing.

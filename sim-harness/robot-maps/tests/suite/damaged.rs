@@ -1,5 +1,7 @@
 //! Maps with bytes changed, left out and put in: each is read, or refused in one line.
 
+use std::time::{Duration, Instant};
+
 use cave_survey::Memory;
 use png::{BitDepth, ColorType, Encoder};
 use robot_maps::map_server;
@@ -74,6 +76,8 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
 fn read(count: u64) {
     for (name, image) in images() {
         let (mut read, mut refused) = (0, 0);
+        // The longest that one took, with its number. It is printed, and no test depends on it.
+        let mut slowest = (Duration::ZERO, 0);
         for number in 0..count {
             let mut random = Random(number.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
             let (mut yaml, mut image) = (YAML.as_bytes().to_vec(), image.clone());
@@ -82,7 +86,10 @@ fn read(count: u64) {
                 damage(if of_image { &mut image } else { &mut yaml }, &mut random);
             }
             let files = Memory::default().with("m.yaml", yaml).with("m", image);
-            match map_server::read(&files, "m.yaml") {
+            let began = Instant::now();
+            let done = map_server::read(&files, "m.yaml");
+            slowest = slowest.max((began.elapsed(), number));
+            match done {
                 Ok(_) => read += 1,
                 Err(refusal) => {
                     let line = refusal.to_string();
@@ -91,7 +98,10 @@ fn read(count: u64) {
                 }
             }
         }
-        println!("{name}: {read} read, {refused} refused");
+        println!(
+            "{name}: {read} read, {refused} refused; number {} took {:?}",
+            slowest.1, slowest.0
+        );
     }
 }
 

@@ -7,6 +7,7 @@ mod rest;
 use serde_json::{Value, json};
 
 pub use observer::fly;
+pub(crate) use observer::{Case, Observer};
 
 /// A head is deep enough that comes to this part of the oracle's depth: our own bound.
 pub const DEEP: f32 = 0.95;

@@ -10,7 +10,7 @@ use super::rest::Rest;
 use super::{APART_M, Cause, DEEP, Flown, Left, QUICK, WEAK};
 use crate::chain::Contender;
 use crate::chain::drawn::drawing::Drawn;
-use measure::oracle::Oracle;
+use measure::oracle::{Commanded, Oracle};
 use mission::{Gains, Linked, Mission, ROUND_US};
 use scenario::{Scenario, Start};
 
@@ -31,7 +31,14 @@ pub fn fly(drawn: &Drawn, policy: &Contender) -> Result<Flown, InputError> {
     debug_assert!(scenario.mission == MissionKind::Chain);
     let mission = Mission::new(&scenario, &drawn.world, drawn.seed);
     let mut mission = policy.begin(mission, drawn.seed);
-    let mut observer = Observer::of(drawn, &scenario, policy.name());
+    let case = Case {
+        seed: drawn.seed,
+        scenario: &scenario,
+        world: &drawn.world,
+        commanded: &drawn.commanded,
+        oracle: &drawn.oracle,
+    };
+    let mut observer = Observer::of(case, policy.name());
     while !mission.is_over() {
         mission.round();
         observer.look(&mission);
@@ -39,12 +46,25 @@ pub fn fly(drawn: &Drawn, policy: &Contender) -> Result<Flown, InputError> {
     Ok(observer.flown(&mission))
 }
 
+/// A mission to look at, and what could be reached in it.
+#[derive(Clone, Copy)]
+pub(crate) struct Case<'a> {
+    /// The seed of the mission.
+    pub(crate) seed: u64,
+    /// The mission as it is flown.
+    pub(crate) scenario: &'a Scenario,
+    /// The place and its radio.
+    pub(crate) world: &'a World,
+    /// Where the pilot's orders lead.
+    pub(crate) commanded: &'a Commanded,
+    /// What can be reached.
+    pub(crate) oracle: &'a Oracle,
+}
+
 /// Collects what is seen of a mission.
-struct Observer<'a> {
-    drawn: &'a Drawn,
-    scenario: &'a Scenario,
+pub(crate) struct Observer<'a> {
+    case: Case<'a>,
     policy: &'a str,
-    oracle: &'a Oracle,
     gains: Gains,
     begins_s: f32,
     /// When the exploration ends, s.
@@ -64,7 +84,9 @@ struct Observer<'a> {
 }
 
 impl<'a> Observer<'a> {
-    fn of(drawn: &'a Drawn, scenario: &'a Scenario, policy: &'a str) -> Self {
+    /// Makes the observer of a mission before its first round.
+    pub(crate) fn of(case: Case<'a>, policy: &'a str) -> Self {
+        let scenario = case.scenario;
         let members = scenario.drones.members();
         let explores =
             |task: Order| matches!(task, Order::Explore(course) if course.speed.0 != 0.0);
@@ -72,11 +94,9 @@ impl<'a> Observer<'a> {
         let begins = steps().find(|step| explores(step.task)).map_or(0, |step| step.at_us);
         let hold = scenario.hold();
         Self {
-            drawn,
-            scenario,
+            case,
             policy,
-            oracle: &drawn.oracle,
-            gains: Gains::of(&scenario.radio, members, drawn.seed),
+            gains: Gains::of(&scenario.radio, members, case.seed),
             begins_s: seconds(begins),
             explored_s: hold.map_or(scenario.duration_s(), |hold| seconds(hold.from_us)),
             depth_m: 0.0,
@@ -98,15 +118,16 @@ impl<'a> Observer<'a> {
         }
     }
 
-    fn look(&mut self, mission: &Mission<'_>) {
+    /// Takes in one round.
+    pub(crate) fn look(&mut self, mission: &Mission<'_>) {
         let now = seconds(mission.time_us());
-        let world = &self.drawn.world;
+        let world = self.case.world;
         let places: Vec<SkeletonPlace> = mission.places().collect();
         let states: Vec<State> = mission.states().collect();
-        let head = places.first().map_or(0.0, |place| self.drawn.commanded.along(world, *place));
+        let head = places.first().map_or(0.0, |place| self.case.commanded.along(world, *place));
         if now <= self.explored_s + 0.1 {
             self.depth_m = self.depth_m.max(head);
-            if head >= DEEP * self.oracle.depth_m && self.deep_s.is_infinite() {
+            if head >= DEEP * self.case.oracle.depth_m && self.deep_s.is_infinite() {
                 self.deep_s = now - self.begins_s;
             }
         }
@@ -124,13 +145,13 @@ impl<'a> Observer<'a> {
         if has_head && !is_called {
             let losses = self.links(&chain);
             let weakest = losses.iter().map(|(_, loss)| loss.0).fold(f32::MIN, f32::max);
-            let limit = self.scenario.agent.launch.limit.loss().0;
+            let limit = self.case.scenario.agent.launch.limit.loss().0;
             self.explored[0] += 1;
             self.explored[1] += u32::from(weakest - limit > VIOLATION);
             self.rest.look(mission.time_us(), &losses, mission.bodies());
             self.rests_m = Some(head);
         }
-        let reach = DEEP * self.oracle.reach_m;
+        let reach = DEEP * self.case.oracle.reach_m;
         if self.push.look(mission, &states, head, reach) && !is_called {
             self.note(now, Cause::Deadlock);
         }
@@ -157,7 +178,7 @@ impl<'a> Observer<'a> {
 
     /// The ends and the losses of the chain's links, mean over both directions, without fades.
     fn links(&self, chain: &[Linked]) -> Vec<([u8; 2], Db)> {
-        let radio = &self.drawn.world.radio;
+        let radio = &self.case.world.radio;
         let link = |pair: &[Linked]| {
             let (back, front) = (&pair[0], &pair[1]);
             let gain = self.gains.of_link(usize::from(back.id.0), usize::from(front.id.0));
@@ -167,10 +188,11 @@ impl<'a> Observer<'a> {
         chain.windows(2).map(link).collect()
     }
 
-    fn flown(mut self, mission: &Mission<'_>) -> Flown {
+    /// What was seen, at the end of the mission.
+    pub(crate) fn flown(mut self, mission: &Mission<'_>) -> Flown {
         let ends = seconds(mission.time_us());
         let weak = self.explored[1] as f32 / self.explored[0].max(1) as f32;
-        let oracle_s = self.oracle.time_to(DEEP * self.oracle.depth_m) - self.begins_s;
+        let oracle_s = self.case.oracle.time_to(DEEP * self.case.oracle.depth_m) - self.begins_s;
         if self.deep_s.is_infinite() {
             self.note(self.explored_s, Cause::Short);
         } else if self.deep_s > QUICK * oracle_s {
@@ -195,12 +217,12 @@ impl<'a> Observer<'a> {
         self.wrong.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let head = self.rests_m;
         Flown {
-            seed: self.drawn.seed,
+            seed: self.case.seed,
             policy: self.policy.to_owned(),
-            oracle_m: self.oracle.depth_m,
+            oracle_m: self.case.oracle.depth_m,
             oracle_s,
-            ended: self.oracle.ended.name(),
-            relays: [self.scenario.drones.relays, self.oracle.least_relays],
+            ended: self.case.oracle.ended.name(),
+            relays: [self.case.scenario.drones.relays, self.case.oracle.least_relays],
             depth_m: self.depth_m,
             deep_s: self.deep_s,
             launched: self.flew.iter().skip(1).filter(|flew| **flew).count(),
@@ -211,7 +233,7 @@ impl<'a> Observer<'a> {
             weak,
             surplus: head.and_then(|head| {
                 let relays = self.rest.relays()? as i32;
-                Some(relays - self.oracle.least_relays_at(head) as i32)
+                Some(relays - self.case.oracle.least_relays_at(head) as i32)
             }),
             rest_m: self.rest.path_m(),
             swing_db: self.rest.swing_db(),
@@ -228,23 +250,25 @@ impl<'a> Observer<'a> {
         /// The grid of the oracle, and the noise of a place beside the centre-line, m.
         const SLACK_M: f32 = 0.3;
         let is_sooner =
-            self.deep_s < self.oracle.time_to(DEEP * self.oracle.depth_m) - self.begins_s;
-        if self.explored[1] > 0 || (!is_sooner && self.depth_m <= self.oracle.depth_m + SLACK_M) {
+            self.deep_s < self.case.oracle.time_to(DEEP * self.case.oracle.depth_m) - self.begins_s;
+        if self.explored[1] > 0
+            || (!is_sooner && self.depth_m <= self.case.oracle.depth_m + SLACK_M)
+        {
             return false;
         }
-        let mut scenario = self.scenario.clone();
+        let mut scenario = self.case.scenario.clone();
         let limit = scenario.agent.launch.limit - Db(VIOLATION);
         scenario.agent = scenario.agent.with_limits(Some(limit), None);
-        let Drawn { world, commanded, seed, .. } = self.drawn;
-        let oracle = Oracle::of(&scenario, world, commanded, *seed);
-        let at = DEEP * self.oracle.depth_m - SLACK_M;
+        let Case { world, commanded, seed, .. } = self.case;
+        let oracle = Oracle::of(&scenario, world, commanded, seed);
+        let at = DEEP * self.case.oracle.depth_m - SLACK_M;
         self.depth_m > oracle.depth_m + SLACK_M
             || self.deep_s + ROUND_S < oracle.time_to(at) - self.begins_s
     }
 
     /// The drones that flew and are not down at home.
     fn left(&self, mission: &Mission<'_>) -> Vec<Left> {
-        let row = Start::SPACING * self.scenario.drones.flying() as f32;
+        let row = Start::SPACING * self.case.scenario.drones.flying() as f32;
         let wider = WIDER_M * self.flew.iter().filter(|flew| **flew).count() as f32;
         let home = row + wider + HOME_M;
         let drones = mission.states().zip(mission.ways()).zip(&self.flew).enumerate();
