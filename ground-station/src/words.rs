@@ -30,6 +30,7 @@ pub const fn state(code: u8) -> &'static str {
         22 => "looking for a spot at which to land",
         23 => "flying back to where it took off",
         24 => "flying home",
+        25 => "flying back to where it took off",
         _ => "in a state that this station does not know",
     }
 }
@@ -37,7 +38,7 @@ pub const fn state(code: u8) -> &'static str {
 /// Whether a drone in the state with this code is in the air.
 #[must_use]
 pub const fn is_airborne(state: u8) -> bool {
-    matches!(state, 2..=7 | 10..=12 | 14..=24)
+    matches!(state, 2..=7 | 10..=12 | 14..=25)
 }
 
 /// What is wrong with a drone whose fault has this code; `None` for nothing.

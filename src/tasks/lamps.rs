@@ -112,7 +112,7 @@ fn of_state(state: State) -> Frame {
         State::Landing { .. } => SLOW,
         State::OnMission(Duty::Swarm(duty)) => match duty {
             SwarmDuty::Surveying => GAP_1,
-            SwarmDuty::Gathering | SwarmDuty::Crossing => GAP_2,
+            SwarmDuty::Gathering | SwarmDuty::Crossing | SwarmDuty::Returning => GAP_2,
             SwarmDuty::Hovering { .. } => GAP_3,
         },
         State::OnMission(Duty::Explore(duty)) => match duty {

@@ -43,22 +43,28 @@ struct Flown {
     hashes: Vec<u64>,
 }
 
+/// The seed of the missions that are flown once.
+const SEED: u64 = 1;
+
 fn fly(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize) -> Flown {
-    const SEED: u64 = 1;
+    fly_seed(scenario, firmware, threads, SEED)
+}
+
+fn fly_seed(scenario: &Scenario, firmware: Option<&Firmware>, threads: usize, seed: u64) -> Flown {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let world = scenario.world();
     let reference = Reference::of(scenario, &world);
     let nodes = (0..=scenario.drones.relays as u8).map(NodeId);
     let mut drones = Vec::new();
     for (node, firmware) in nodes.filter_map(|node| Some((node, firmware?))) {
-        let mut drone = Emulated::new(scenario, firmware, node, SEED);
+        let mut drone = Emulated::new(scenario, firmware, node, seed);
         drone.record_decisions();
         drones.push(drone);
     }
     pool.install(|| {
         let mut mission = match firmware {
-            None => Mission::new(scenario, &world, SEED),
-            Some(_) => Mission::emulated(scenario, &world, SEED, drones),
+            None => Mission::new(scenario, &world, seed),
+            Some(_) => Mission::emulated(scenario, &world, seed, drones),
         };
         let mut watch = Watch::new(scenario, &world, &reference);
         while !mission.is_over() {
@@ -349,6 +355,9 @@ fn two_virtual_drones_explore_a_room_and_decide_as_the_host_does() {
     }
 }
 
+/// How many missions of the swarm are flown on the host beside the emulated one.
+const HOSTED_SWARMS: u64 = 16;
+
 /// Survey, formation, passage: as the same crates fly them on the host, by the plan in the drones'
 /// EEPROMs.
 #[test]
@@ -357,14 +366,22 @@ fn three_virtual_drones_survey_gather_and_cross() {
     let scenario = small_swarm();
     assert_eq!(unfit(&scenario), None);
     let emulated = fly(&scenario, Some(firmware()), 2);
-    let hosted = fly(&scenario, None, 1);
     assert_eq!(emulated.states, ["landed", "landed", "landed", "idle"]);
-    assert_eq!(emulated.states, hosted.states);
-    let (is, should) = (&emulated.metrics, &hosted.metrics);
+    let is = &emulated.metrics;
     assert_eq!((is.wall_contacts, is.drone_contacts), (0, 0));
-    let (is, should) = (is.swarm.unwrap(), should.swarm.unwrap());
+    let is = is.swarm.unwrap();
     assert_eq!(is.unfinished, 0);
     assert!(is.closest_drones_m > 0.2, "{is:?}");
-    // With another stream of random numbers, and clocks that are not in step.
-    assert!((is.across_s - should.across_s).abs() < 10.0, "{is:?}, on the host {should:?}");
+    // Clocks that are not in step, and every change of the code that shifts the chip's rounds, draw other
+    // random numbers, so that one mission is compared with what chance makes of the host's.
+    let mut across = Vec::new();
+    for seed in 1..=HOSTED_SWARMS {
+        let hosted = fly_seed(&scenario, None, 1, seed);
+        assert_eq!(hosted.states, emulated.states, "seed {seed}");
+        across.push(hosted.metrics.swarm.unwrap().across_s);
+    }
+    let (quickest, slowest) =
+        across.iter().fold((f32::MAX, 0.0_f32), |(low, high), &one| (low.min(one), high.max(one)));
+    let usual = quickest - 5.0..=slowest + 5.0;
+    assert!(usual.contains(&is.across_s), "{is:?}, on the host across at {across:?}");
 }

@@ -28,8 +28,8 @@
 //!
 //! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
 //!
-//! A swarm ([`SwarmDuty`]) surveys, gathers and crosses a passage, and hovers where it does not know
-//! its position. Explorers ([`ExploreDuty`]) wait for a goal or fly to it, and land when nothing is left.
+//! A swarm ([`SwarmDuty`]) surveys, gathers and crosses a passage, hovers where it does not know its
+//! position, and comes back the same way when it is recalled. Explorers ([`ExploreDuty`]) wait for a goal or fly to it, and land when nothing is left.
 //! The duties of the chain ([`ChainDuty`]):
 //!
 //! ```text
@@ -258,23 +258,13 @@ impl Agent {
         }
         let lasts = |left| left >= config.flight.least_endurance;
         self.fit = inputs.fitness == Fitness::Fit && inputs.endurance.is_none_or(lasts);
-        let must_turn_back = self.must_turn_back(config, inputs);
+        let must_turn_back =
+            config.flight.keeps_way_home && self.mission.must_turn_back(config, &round, inputs);
         self.fit &= self.state != State::Perched || !must_turn_back;
         self.recalled |= is_airborne && must_turn_back;
         if self.told() == Some(Order::Wait) {
             self.recalled = false;
         }
-    }
-
-    /// Whether the battery has little more than the way home takes, for which this drone recalls the
-    /// chain. The mission of drones that explore decides that for each of them alone.
-    fn must_turn_back(&self, config: &AgentConfig, inputs: &Inputs<'_>) -> bool {
-        let way = self.odometry.reckoning().odometer.0.max(0.0) / config.flight.return_speed.0;
-        config.flight.keeps_way_home
-            && self.mission.kind() != MissionKind::Explore
-            && inputs
-                .endurance
-                .is_some_and(|left| left.as_secs_f32() < config.flight.turns_back_below(way))
     }
 
     /// The operator's latest order.
@@ -404,8 +394,15 @@ impl Agent {
 
     /// The wish of the mission at its duties, and of the shell everywhere else.
     fn wish(&mut self, config: &AgentConfig, round: &Round) -> Wish {
-        let hover =
-            |height| Wish::Along { speed: MetresPerSecond::ZERO, height, guide: Guide::NONE };
+        let still = |height| Wish::Beside { command: NavCommand::STILL, height };
+        // A drone of a chain keeps to the middle of the gallery. The others are led by places, and walls and
+        // neighbours would push them off theirs.
+        let hover = |height| match self.mission.kind() {
+            MissionKind::Chain => {
+                Wish::Along { speed: MetresPerSecond::ZERO, height, guide: Guide::NONE }
+            }
+            MissionKind::Swarm | MissionKind::Explore => still(height),
+        };
         match self.state {
             State::TakingOff { since } | State::Rising { since } => {
                 hover(config.flight.climbing(round.now.since(since)))
@@ -415,7 +412,7 @@ impl Agent {
                 let height = config.flight.descending(round.now.since(since));
                 match why {
                     // A drone that has looked for its spot stays over it.
-                    LandReason::Perched => Wish::Beside { command: NavCommand::STILL, height },
+                    LandReason::Perched => still(height),
                     _ => hover(height),
                 }
             }

@@ -4,6 +4,7 @@
 //! tells the mission of each [`Round`], asks it whether it [`Call`]s for a drone on the ground, and
 //! in the air asks for the next [`Duty`] and for a [`Wish`].
 
+mod battery;
 pub(crate) mod chain;
 pub(crate) mod explore;
 pub(crate) mod swarm;
@@ -283,6 +284,25 @@ impl Mission {
         match self {
             Self::Chain(chain) => chain.settled(round, why),
             Self::Swarm(_) | Self::Explore(_) => None,
+        }
+    }
+
+    /// Whether the battery has little more than the way home takes, for which this drone recalls all of
+    /// the mission. Drones that explore decide that each for itself.
+    pub(crate) fn must_turn_back(
+        &mut self,
+        config: &AgentConfig,
+        round: &Round,
+        inputs: &Inputs<'_>,
+    ) -> bool {
+        match self {
+            Self::Chain(_) => {
+                let way = round.way().0.max(0.0) / config.flight.return_speed.0;
+                let least = config.flight.turns_back_below(way);
+                inputs.endurance.is_some_and(|left| left.as_secs_f32() < least)
+            }
+            Self::Swarm(swarm) => swarm.must_turn_back(config, round, inputs),
+            Self::Explore(_) => false,
         }
     }
 

@@ -63,7 +63,8 @@ fn with_plan(mut swarm: SwarmConfig, plan: &SwarmPlan) -> SwarmConfig {
     swarm.passage.width = plan.width;
     swarm.passage.way = Point2::new(cos, sin);
     swarm.passage.length = plan.length;
-    SwarmConfig { drones: plan.drones.into(), corner: plan.corner, area: plan.area, ..swarm }
+    let SwarmPlan { drones, corner, area, both, .. } = *plan;
+    SwarmConfig { drones: drones.into(), corner, area, both, ..swarm }
 }
 
 /// A setting that cannot be used.

@@ -424,7 +424,13 @@ enums! {
         8 = Rising { since },
     }
     Duty { 0 = Chain(duty), 1 = Swarm(duty), 2 = Explore(duty) }
-    SwarmDuty { 0 = Hovering { since }, 1 = Surveying, 2 = Gathering, 3 = Crossing }
+    SwarmDuty {
+        0 = Hovering { since },
+        1 = Surveying,
+        2 = Gathering,
+        3 = Crossing,
+        4 = Returning,
+    }
     ExploreDuty { 0 = Lost { since }, 1 = Waiting, 2 = Exploring { goal }, 3 = Returning }
     ChainDuty {
         0 = Leading { patient_until },

@@ -5,7 +5,7 @@
 //!
 //! | byte | type | field | unit |
 //! |---|---|---|---|
-//! | 0 | `u8` | number of drones, 1 to 15 | |
+//! | 0 | `u8` | number of drones, 1 to 15; and 128 where both areas are surveyed | |
 //! | 1 | 2 × `i16` | south-western corner of the area | cm |
 //! | 5 | 2 × `u16` | extent of the area to the east and to the north, 1 to 100 m | cm |
 //! | 9 | 2 × `i16` | middle of the passage's entrance | cm |
@@ -24,6 +24,9 @@ use crate::bytes::Reader;
 pub(crate) const LENGTH: usize = 1 + 2 * NUMBERS;
 /// The numbers of a plan behind the number of drones.
 const NUMBERS: usize = 9;
+
+/// The bit of the number of drones that says that both areas are surveyed.
+const BOTH: u8 = 0x80;
 
 const DRONES: RangeInclusive<u8> = 1..=NODES as u8 - 1;
 /// The extent of the area, cm.
@@ -54,6 +57,8 @@ pub struct SwarmPlan {
     pub direction: Radians,
     /// The distance from the entrance to the second area.
     pub length: Metres,
+    /// Whether the second area is surveyed, too; it is as large as the first one.
+    pub both: bool,
 }
 
 impl SwarmPlan {
@@ -75,7 +80,8 @@ impl SwarmPlan {
             direction(plan.direction)?,
             unsigned(plan.length, &PASSAGE)?,
         ];
-        let fields = [plan.drones].into_iter().chain(numbers.into_iter().flatten());
+        let drones = plan.drones | if plan.both { BOTH } else { 0 };
+        let fields = [drones].into_iter().chain(numbers.into_iter().flatten());
         for (place, byte) in bytes.iter_mut().zip(fields) {
             *place = byte;
         }
@@ -84,12 +90,13 @@ impl SwarmPlan {
 
     /// The plan in a record, if there is one.
     pub(crate) fn decode(fields: &mut Reader<'_>) -> Result<Option<Self>, Error> {
-        let drones = fields.u8()?;
+        let first = fields.u8()?;
         let mut numbers = [[0; 2]; NUMBERS];
         for number in &mut numbers {
             *number = fields.array()?;
         }
-        if drones == 0 && numbers == [[0; 2]; NUMBERS] {
+        let (drones, both) = (first & !BOTH, first & BOTH != 0);
+        if first == 0 && numbers == [[0; 2]; NUMBERS] {
             return Ok(None);
         }
         let [corner_x, corner_y, east, north, x, y, width, direction, length] = numbers;
@@ -106,6 +113,7 @@ impl SwarmPlan {
             width: metres(width, &WIDTH)?,
             direction: Radians(number(direction).to_radians()),
             length: metres(length, &PASSAGE)?,
+            both,
         }))
     }
 }

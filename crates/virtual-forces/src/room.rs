@@ -4,8 +4,9 @@
 use heapless::Vec;
 use units::{Metres, Point2};
 
-use crate::crossing::TURNS;
+use crate::crossing::{FORWARD, TURNS};
 use crate::geometry::{moved, squared};
+use crate::member::DOWN;
 use crate::team::Neighbour;
 use crate::{Config, Guard, Obstacles};
 
@@ -55,24 +56,33 @@ struct Links {
 /// little is known of where the other one is: this is the square of the cosine.
 const SURELY_AWAY: f32 = 0.5;
 
+/// The distance from a drone on the ground within which no step to a drone's own place ends, m: less than the 0.35 m between the
+/// places from which drones take off, and more than the 0.25 m within which one stands in another's place.
+const LANDED: f32 = 0.29;
+
 /// What is taken off the radio's range, in metres, so that rounding never cuts a link.
 const ROUNDING: f32 = 1e-4;
 
 impl<'a, const N: usize> Room<'a, N> {
     /// Returns the room around a drone at `here`. Links to drones whose progress is beyond
-    /// `lets_go_beyond` need not be kept.
+    /// `lets_go_beyond` need not be kept. A drone that `lands` may come nearer to those on the ground.
     pub(crate) fn around(
         (here, error): (Point2, Metres),
         config: &Config,
         guard: &Guard,
         others: impl Iterator<Item = Neighbour>,
         obstacles: &'a Obstacles,
-        lets_go_beyond: u16,
+        (lets_go_beyond, lands): (u16, bool),
     ) -> Self {
         const { assert!(N <= MOST, "a set of neighbours has 64 bits") };
         let other = |other: Neighbour| {
-            let doubt = doubt(config, error, other);
-            let least = guard.drones.0 + doubt;
+            let (doubt, least) = match other.progress {
+                DOWN if lands => (0.0, LANDED),
+                _ => {
+                    let doubt = doubt(config, error, other);
+                    (doubt, guard.drones.0 + doubt)
+                }
+            };
             let range = (config.radio_range.0 - doubt - ROUNDING).max(0.0);
             let before = squared(here, other.position);
             Other {
@@ -81,7 +91,7 @@ impl<'a, const N: usize> Room<'a, N> {
                 least: least * least,
                 away: (doubt * doubt).min(SURELY_AWAY * before),
                 reach: range * range,
-                kept: other.progress <= lets_go_beyond,
+                kept: other.progress <= lets_go_beyond && other.progress != DOWN,
                 linked: None,
             }
         };
@@ -95,7 +105,7 @@ impl<'a, const N: usize> Room<'a, N> {
     /// `turns` turned as little as need be, or else a part of it straight ahead, or nowhere.
     pub(crate) fn end(&mut self, way: Point2, length: Metres, turns: bool) -> Point2 {
         let here = self.here;
-        let turns = if turns { TURNS.len() } else { 1 };
+        let turns = if turns { FORWARD } else { 1 };
         let whole = TURNS.iter().take(turns).map(|(cos, sin)| {
             let left = Point2::new(-way.y, way.x);
             moved(moved(here, way, cos * length.0), left, sin * length.0)
@@ -200,11 +210,8 @@ mod tests {
         });
         let open = Obstacles::default();
         let (config, guard) = (&Config::OURS, &Guard::OURS);
-        Room::<4>::around((HERE, Metres(error)), config, guard, others, &open, u16::MAX).end(
-            EAST,
-            Metres(0.1),
-            turns,
-        )
+        Room::<4>::around((HERE, Metres(error)), config, guard, others, &open, (u16::MAX, false))
+            .end(EAST, Metres(0.1), turns)
     }
 
     #[test]

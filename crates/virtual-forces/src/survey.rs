@@ -66,25 +66,31 @@ impl Survey {
     }
 
     /// Returns the goal number `index` of drone `place` (from 0), or nothing after the last one.
-    /// Goals are the two ends of a row in turn. Sweep k of the swarm covers the rows from k times the
-    /// number of drones on; the last sweep is shifted back onto the last rows.
+    /// Goals are the two ends of a row in turn.
     #[must_use]
     pub fn goal(&self, place: u16, index: u16) -> Option<Point2> {
-        if index >= self.goals() {
-            return None;
-        }
         let sweep = index / 2;
+        let far = (sweep % 2 == 1) != (index % 2 == 1);
+        (index < self.goals()).then(|| self.end(self.row(place, sweep), far))
+    }
+
+    /// Returns the row of drone `place` in a sweep. Sweep k of the swarm covers the rows from k times
+    /// the number of drones on; the last sweep is shifted back onto the last rows.
+    pub(crate) fn row(&self, place: u16, sweep: u16) -> u16 {
         let last = self.rows.saturating_sub(self.drones);
         let within = match self.sweep {
             Sweep::Mirror if sweep % 2 == 1 => self.drones.saturating_sub(1).saturating_sub(place),
             Sweep::Mirror | Sweep::Shift => place,
         };
-        let row = sweep.saturating_mul(self.drones).min(last).saturating_add(within);
-        let far = (sweep % 2 == 1) != (index % 2 == 1);
+        sweep.saturating_mul(self.drones).min(last).saturating_add(within)
+    }
+
+    /// Returns an end of a row, the far or the near one.
+    pub(crate) fn end(&self, row: u16, far: bool) -> Point2 {
         let stacked = (f32::from(row) + 0.5) * self.cell.0;
         let run = if far { self.far.0 } else { 0.5 * self.cell.0 };
         let (x, y) = if self.across { (run, stacked) } else { (stacked, run) };
-        Some(Point2::new(self.corner.x + x, self.corner.y + y))
+        Point2::new(self.corner.x + x, self.corner.y + y)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use units::{Metres, Point2};
 
+use crate::member::DOWN;
 use crate::{Config, Wait};
 
 /// What a drone hears of another one.
@@ -109,12 +110,22 @@ impl<const N: usize> Team<N> {
         }
     }
 
-    /// Returns the neighbours that were in radio range when they were last heard.
+    /// Returns the neighbours in the air that were in radio range when they were last heard.
     pub(crate) fn neighbours(&self) -> impl Iterator<Item = Neighbour> + Clone {
         self.near.iter().take(self.near_count).filter_map(|number| {
             let record = self.records.get(usize::from(*number))?;
             let Heard { number, position, error, progress, .. } = record.last?;
-            Some(Neighbour { number, position, error, progress, age: self.age(record) })
+            let age = self.age(record);
+            (progress != DOWN).then_some(Neighbour { number, position, error, progress, age })
+        })
+    }
+
+    /// Returns the drones that have landed, wherever they are.
+    pub(crate) fn landed(&self) -> impl Iterator<Item = Neighbour> {
+        let heard = self.records().iter().filter_map(|record| record.last);
+        heard.filter(|last| last.progress == DOWN).map(|last| {
+            let Heard { number, position, error, progress, .. } = last;
+            Neighbour { number, position, error, progress, age: 0 }
         })
     }
 
@@ -141,6 +152,17 @@ impl<const N: usize> Team<N> {
         let remembers = matches!(config.wait, Wait::Team(_));
         (0..self.drones).zip(self.records()).filter_map(move |(number, record)| {
             (number == me || !remembers || self.age(record) <= memory).then_some(number)
+        })
+    }
+
+    /// Returns the numbers of the drones that are taken for lost, and how far each was when it was last
+    /// heard.
+    pub(crate) fn lost(&self, config: &Config) -> impl Iterator<Item = (u16, u16)> {
+        let (memory, me) = (Self::memory(config), self.me);
+        let remembers = matches!(config.wait, Wait::Team(_));
+        (0..self.drones).zip(self.records()).filter_map(move |(number, record)| {
+            let progress = record.last.map_or(0, |last| last.progress);
+            (number != me && remembers && self.age(record) > memory).then_some((number, progress))
         })
     }
 }

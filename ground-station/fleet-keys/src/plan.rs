@@ -10,7 +10,7 @@ use units::Radians;
 /// makes it fly just that.
 #[must_use]
 pub fn stored_plan(swarm: &SwarmConfig) -> Option<SwarmPlan> {
-    let SwarmConfig { drones, corner, area, passage, .. } = *swarm;
+    let SwarmConfig { drones, corner, area, passage, both, .. } = *swarm;
     let plan = SwarmPlan {
         drones: u8::try_from(drones).ok()?,
         corner,
@@ -19,6 +19,7 @@ pub fn stored_plan(swarm: &SwarmConfig) -> Option<SwarmPlan> {
         width: passage.width,
         direction: Radians(libm::atan2f(passage.way.y, passage.way.x)),
         length: passage.length,
+        both,
     };
     let settings = Settings { swarm: Some(plan), ..Settings::DEFAULT };
     let (stored, _) = settings.encode(1).and_then(|bytes| Settings::decode(&bytes)).ok()?;

@@ -38,6 +38,7 @@ files![
     "room",
     "swarm-b",
     "swarm-c",
+    "swarm-both",
     "explore-room",
     "explore-flow",
     "turns",

@@ -248,14 +248,15 @@ fn swarm_plan(scenario: &str) -> Result<SwarmPlan, InputError> {
 fn mission_text(mission: &PageMission) -> String {
     let name = mission.kind.name();
     let fetched = if mission.fetched { ", fetched after it" } else { "" };
-    let Some(SwarmPlan { drones, corner, area, entrance, width, direction, length }) =
+    let Some(SwarmPlan { drones, corner, area, entrance, width, direction, length, both }) =
         mission.swarm
     else {
         return format!("mission {name}{fetched}\n");
     };
+    let both = if both { ", and the second area" } else { "" };
     format!(
         "mission {name}: {drones} drones, area {} m by {} m from ({}, {}) m, passage {} m wide at \
-         ({}, {}) m, {} m long, at {:.0}°{fetched}\n",
+         ({}, {}) m, {} m long, at {:.0}°{both}{fetched}\n",
         area.0.0,
         area.1.0,
         corner.x,

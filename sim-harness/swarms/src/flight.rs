@@ -101,7 +101,8 @@ impl<'a> Air<'a> {
         let (config, drones) = (mission.config, mission.drones);
         let (corner, area) = Place::area(drones);
         let survey = Survey::new(&config, corner, area, drones);
-        let plan = Plan { drones, survey, passage: mission.place.passage() };
+        let second = Survey::new(&config, corner, (Metres(0.0), Metres(0.0)), drones);
+        let plan = Plan { drones, surveys: [survey, second], passage: mission.place.passage() };
         let starts = (0..drones).map(|number| survey.goal(number, 0).unwrap_or(corner)).collect();
         let count = usize::from(drones);
         // The draws for what goes wrong are a stream of their own, so that a rule flies the same
@@ -214,7 +215,7 @@ impl<'a> Air<'a> {
 
     /// Says whether a phase is over.
     fn over(&self, phase: Phase) -> bool {
-        let goals = self.plan.survey.goals();
+        let goals = self.plan.surveys[0].goals();
         match phase {
             Phase::Survey => self.flying().all(|drone| self.progress[drone] >= goals),
             Phase::Setup => {
@@ -251,7 +252,7 @@ impl<'a> Air<'a> {
         let longest = self.mission.config.longest_step.0;
         let mean = 0.5 * (SHORTEST_STEP + longest);
         match phase {
-            Phase::Survey => self.plan.survey.way().0 / mean,
+            Phase::Survey => self.plan.surveys[0].way().0 / mean,
             Phase::Setup => {
                 let entrance = self.plan.passage.entrance;
                 let ways =

@@ -23,10 +23,11 @@ use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
 use tunnel_nav::{Diagonals, Range};
 use units::{
-    Duration, Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Point2, Pose2,
-    Radians, RadiansPerSecond,
+    Instant, Metres, MetresPerSecond, NodeId, Order, Payload, Phase, Point2, Pose2, Radians,
+    RadiansPerSecond,
 };
 
+use super::battery::Charge;
 use super::{Call, Next, Outbox, Round, Wish};
 use crate::odometry::odometer_deviation;
 use crate::{AgentConfig, Inputs};
@@ -126,8 +127,7 @@ pub(crate) struct Explore {
     velocity: [f32; 2],
     yaw_rate: f32,
     doing: Doing,
-    /// When the drone first knew how long its battery carries it, and how long that was.
-    battery: Option<(Instant, Duration)>,
+    charge: Charge,
     /// Whether the drone flies home because its battery carries it there and not much farther.
     is_short: bool,
     messages: Outbox,
@@ -135,6 +135,7 @@ pub(crate) struct Explore {
 
 impl Explore {
     /// A drone that has not heard any other.
+    #[inline(always)]
     pub(crate) const fn new() -> Self {
         Self {
             is_able: false,
@@ -145,7 +146,7 @@ impl Explore {
             velocity: [0.0; 2],
             yaw_rate: 0.0,
             doing: Doing { activity: Activity::Waiting, goal: None, is_recalled: false },
-            battery: None,
+            charge: Charge::new(),
             is_short: false,
             messages: Outbox::new(),
         }
@@ -175,7 +176,7 @@ impl Explore {
                 self.begun = None;
                 self.pose = None;
                 self.flown = Metres::ZERO;
-                (self.battery, self.is_short) = (None, false);
+                (self.charge, self.is_short) = (Charge::new(), false);
                 self.by_fixes = inputs.located.is_some();
             }
             _ => {}
@@ -243,8 +244,7 @@ impl Explore {
     }
 
     /// Whether the battery has little more than the way home takes, which is within the length that
-    /// `is_within` is asked for; once it has, the drone stays on its way home. The gauge goes by a voltage
-    /// that hardly falls until shortly before the end, and so the drone counts the seconds, too.
+    /// `is_within` is asked for; once it has, the drone stays on its way home.
     fn is_short(
         &mut self,
         config: &AgentConfig,
@@ -255,11 +255,7 @@ impl Explore {
         if self.is_short || !config.flight.keeps_way_home {
             return self.is_short;
         }
-        self.battery = self.battery.or_else(|| inputs.endurance.map(|left| (now, left)));
-        let Some((since, at_first)) = self.battery else { return false };
-        let counted = at_first.as_secs_f32() - now.since(since).as_secs_f32();
-        // Where the gauge falls silent the seconds go on.
-        let left = inputs.endurance.map_or(counted, |left| left.as_secs_f32().min(counted));
+        let Some(left) = self.charge.left(now, inputs.endurance) else { return false };
         let most = config.flight.carried_home(left);
         self.is_short = !is_within(Metres(most * config.explore.speed.0));
         self.is_short

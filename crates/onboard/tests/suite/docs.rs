@@ -66,7 +66,7 @@ fn states() -> String {
             State::OnMission(Duty::Swarm(SwarmDuty::Hovering { since: now })),
             "of a swarm: does not know its position, and hovers",
         ),
-        (State::OnMission(Duty::Swarm(SwarmDuty::Surveying)), "of a swarm: surveys the first area"),
+        (State::OnMission(Duty::Swarm(SwarmDuty::Surveying)), "of a swarm: surveys its rows"),
         (
             State::OnMission(Duty::Swarm(SwarmDuty::Gathering)),
             "of a swarm: goes to its place before the passage, and waits there",
@@ -96,6 +96,10 @@ fn states() -> String {
             "an explorer: was called home, and flies to where it took off",
         ),
         (on_duty(ChainDuty::Homing), "flies home: called, or left by the base's side"),
+        (
+            State::OnMission(Duty::Swarm(SwarmDuty::Returning)),
+            "of a swarm: was called home, and comes back to where it took off",
+        ),
     ];
     let mut table = String::from("| code | state | the drone |\n|---|---|---|\n");
     for (n, (state, meaning)) in (0..).zip(all) {
@@ -118,7 +122,8 @@ fn states() -> String {
                 SwarmDuty::Hovering { .. }
                 | SwarmDuty::Surveying
                 | SwarmDuty::Gathering
-                | SwarmDuty::Crossing,
+                | SwarmDuty::Crossing
+                | SwarmDuty::Returning,
             ))
             | State::OnMission(Duty::Explore(
                 ExploreDuty::Lost { .. }

@@ -187,6 +187,7 @@ fn a_mission_may_follow_on_the_page_with_a_policy_or_without() {
         width: Metres(1.51),
         direction: Radians(0.0),
         length: Metres(6.0),
+        both: false,
     };
     let swarm = PageMission { kind: MissionKind::Swarm, swarm: Some(plan), fetched: false };
     let bytes = swarm.encode().unwrap();

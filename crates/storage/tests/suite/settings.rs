@@ -32,6 +32,7 @@ const PLAN: SwarmPlan = SwarmPlan {
     width: Metres(1.51),
     direction: Radians(-core::f32::consts::FRAC_PI_2),
     length: Metres(6.0),
+    both: false,
 };
 
 /// By the table in the module's documentation; the CRC by Python's `zlib.crc32`.

@@ -12,7 +12,7 @@ use scenario::Scenario;
 /// The metrics of a swarm's mission. A time that was never reached is infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SwarmMetrics {
-    /// The part of the area within the sensors' range of which a drone has flown, where a drone's body can
+    /// The part of the areas within the sensors' range of which a drone has flown, where a drone's body can
     /// come to.
     pub covered: f32,
     /// The number of drones that the scenario has taken from the swarm.
@@ -25,7 +25,8 @@ pub struct SwarmMetrics {
     pub across_s: f32,
     /// The least distance of two flying drones, five times a second, m.
     pub closest_drones_m: f32,
-    /// The number of drones that did not finish, without those that the scenario loses.
+    /// The number of drones that neither finished nor came home when they were called, without those that
+    /// the scenario loses.
     pub unfinished: u32,
 }
 
@@ -74,6 +75,10 @@ impl SwarmRecord {
             use State::{Landed, Landing};
             matches!(state, Landing { why, .. } | Landed { why } if *why == LandReason::Done)
         };
+        let is_home = |state: &State| {
+            use State::{Landed, Landing};
+            matches!(state, Landing { why, .. } | Landed { why } if *why == LandReason::Home)
+        };
         let crosses = |state: &State| {
             matches!(state, State::OnMission(Duty::Swarm(SwarmDuty::Crossing))) || finished(state)
         };
@@ -83,7 +88,8 @@ impl SwarmRecord {
         note(&mut metrics.surveyed_s, states.iter().all(has_surveyed));
         note(&mut metrics.gathered_s, states.iter().any(crosses));
         note(&mut metrics.across_s, states.iter().all(finished));
-        metrics.unfinished = states.iter().filter(|state| !finished(state)).count() as u32;
+        let is_over = |state: &&State| finished(state) || is_home(state);
+        metrics.unfinished = states.iter().filter(|state| !is_over(state)).count() as u32;
         metrics.closest_drones_m = metrics.closest_drones_m.min(closest(mission, self.drones));
     }
 
@@ -118,18 +124,28 @@ struct Uncovered {
     cells: usize,
 }
 
-/// The area that is surveyed, in cells to which drones can come that start at these places, none of them
+/// The areas that are surveyed, in cells to which drones can come that start at these places, none of them
 /// covered.
 fn area_of(scenario: &Scenario, world: &World, starts: &[Point2]) -> Uncovered {
-    let SwarmConfig { corner, area, .. } = scenario.agent.swarm;
-    let (east, north) = area;
-    let Some(frame) = frame_about((corner, area), starts) else {
+    let swarm = scenario.agent.swarm;
+    let SwarmConfig { corner, area, passage, both, .. } = swarm;
+    let areas = [(corner, area), (swarm.second_corner(), area)];
+    let areas = areas.into_iter().take(if both { 2 } else { 1 });
+    // The way from one area to the other leads through the passage.
+    let far = |(at, (east, north)): (Point2, (Metres, Metres))| {
+        [at, Point2::new(at.x + east.0, at.y + north.0)]
+    };
+    let places: Vec<_> =
+        areas.clone().flat_map(far).chain([passage.entrance]).chain(starts.to_vec()).collect();
+    let Some(frame) = frame_about((corner, area), &places) else {
         return Uncovered { left: Vec::new(), cells: 0 };
     };
     let reached = Reached::new(frame, world, scenario.vehicle.radius, starts);
     let is_within = |at: &Point2| {
-        let (x, y) = (at.x - corner.x, at.y - corner.y);
-        (0.0..=east.0).contains(&x) && (0.0..=north.0).contains(&y)
+        areas.clone().any(|(corner, (east, north))| {
+            let (x, y) = (at.x - corner.x, at.y - corner.y);
+            (0.0..=east.0).contains(&x) && (0.0..=north.0).contains(&y)
+        })
     };
     let centres = reached.cells().map(|cell| frame.centre(cell));
     let left: Vec<_> = centres.filter(is_within).collect();

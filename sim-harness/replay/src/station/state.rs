@@ -33,6 +33,7 @@ pub(super) fn of_code(code: u8) -> State {
         17 => swarm(SwarmDuty::Gathering),
         18 => swarm(SwarmDuty::Crossing),
         24 => chain(ChainDuty::Homing),
+        25 => swarm(SwarmDuty::Returning),
         _ => State::Idle,
     }
 }

@@ -17,6 +17,7 @@ pub(crate) struct SwarmTable {
     width_m: Option<At<f32>>,
     direction_deg: Option<At<f32>>,
     length_m: Option<At<f32>>,
+    both_areas: Option<bool>,
     speed_mps: Option<At<f32>>,
 }
 
@@ -49,6 +50,7 @@ impl SwarmTable {
             drones: drones as u16,
             corner: point(self.corner_m, usual.corner),
             area,
+            both: self.both_areas.unwrap_or(usual.both),
             passage: Passage {
                 entrance: point(self.entrance_m, usual.passage.entrance),
                 width: Metres(number(&self.width_m, "width_m", 0.5..=20.0, width.0)?),

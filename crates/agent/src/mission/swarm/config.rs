@@ -17,12 +17,17 @@ pub struct SwarmConfig {
     pub area: (Metres, Metres),
     /// The passage to the second area.
     pub passage: Passage,
+    /// Whether the second area is surveyed, too. It is as large as the first one, and lies as that one does
+    /// when it is turned by half a turn about the middle of the passage.
+    pub both: bool,
     /// The speed over ground.
     pub speed: MetresPerSecond,
-    /// The rate at which the nose turns to where it should point, 1/s.
-    pub turn_gain: f32,
-    /// The fastest turn.
-    pub turn_limit: RadiansPerSecond,
+    /// The speed of a swarm that comes home, by the way of the drone that is farthest: with the time to
+    /// gather before the passage, to go through it one behind the other, and to land.
+    pub homeward: MetresPerSecond,
+    /// The rate at which a drone turns all the time, so that its four beams see all directions: with beams
+    /// that keep their directions it meets corners that lie between them.
+    pub turn: RadiansPerSecond,
     /// The error of a position that is allowed for, in standard deviations along an axis: two of each
     /// of two drones are 2.8 of their distance's, and that is within them in 99.5 % of cases.
     pub deviations: f32,
@@ -38,7 +43,10 @@ impl SwarmConfig {
     /// Six drones, the area of the paper and its passage c, which begins at the origin. At 0.3 m/s a
     /// drone is carried on by 9 cm through the lag of its velocity loop, less than the 10 cm of a
     /// step. A drone that hovers by its optic flow drifts by a few centimetres a second, so that one
-    /// without its position is near another after 10 s (the formation's 0.75 m).
+    /// without its position is near another after 10 s (the formation's 0.75 m). In the simulator six drones
+    /// come home from 17 m in 86 s and from 21 m in 121 s, of which the reckoning allows for 122 s and
+    /// 146 s. At a turn of 0.4 rad/s they touched pillars and doors in a quarter to a half of the missions,
+    /// at 0.8 rad/s in none.
     pub const DEFAULT: Self = Self {
         forces: Config::OURS,
         drones: 6,
@@ -50,9 +58,10 @@ impl SwarmConfig {
             way: Point2::new(1.0, 0.0),
             length: Metres(6.0),
         },
+        both: false,
         speed: MetresPerSecond(0.3),
-        turn_gain: 1.0,
-        turn_limit: RadiansPerSecond(0.5),
+        homeward: MetresPerSecond(0.25),
+        turn: RadiansPerSecond(0.8),
         deviations: 2.0,
         least_error: Metres(0.02),
         largest_deviation: Metres(0.15),
@@ -67,10 +76,26 @@ impl SwarmConfig {
         Metres((self.deviations * deviation.0).max(self.least_error.0))
     }
 
+    /// The south-western corner of the second area.
+    #[must_use]
+    pub fn second_corner(&self) -> Point2 {
+        let Passage { entrance, way, length, .. } = self.passage;
+        let (east, north) = self.area;
+        let turned = |entrance: f32, way: f32, corner: f32, extent: Metres| {
+            2.0 * entrance + length.0 * way - corner - extent.0
+        };
+        Point2::new(
+            turned(entrance.x, way.x, self.corner.x, east),
+            turned(entrance.y, way.y, self.corner.y, north),
+        )
+    }
+
     /// The plan as the virtual forces take it.
     #[must_use]
     pub fn plan(&self) -> Plan {
-        let survey = Survey::new(&self.forces, self.corner, self.area, self.drones);
-        Plan { drones: self.drones, survey, passage: self.passage }
+        let survey = |corner, area| Survey::new(&self.forces, corner, area, self.drones);
+        let second = if self.both { self.area } else { (Metres::ZERO, Metres::ZERO) };
+        let surveys = [survey(self.corner, self.area), survey(self.second_corner(), second)];
+        Plan { drones: self.drones, surveys, passage: self.passage }
     }
 }

@@ -19,12 +19,15 @@ pub enum SwarmDuty {
         /// When it began to hover.
         since: Instant,
     },
-    /// The drone surveys its rows of the first area.
+    /// The drone surveys its rows of an area, and those that lost drones have left to it.
     Surveying,
     /// The drone goes to its place in the formation before the passage, or waits there.
     Gathering,
     /// The drone goes through the passage, and makes room for the others behind it.
     Crossing,
+    /// The drone was recalled, and comes back, through the passage where it is behind it, to where it took
+    /// off.
+    Returning,
 }
 
 impl SwarmDuty {
@@ -40,6 +43,7 @@ impl SwarmDuty {
             Self::Surveying => "surveying",
             Self::Gathering => "gathering",
             Self::Crossing => "crossing",
+            Self::Returning => "going-home",
         }
     }
 
@@ -50,30 +54,35 @@ impl SwarmDuty {
             Self::Surveying => 16,
             Self::Gathering => 17,
             Self::Crossing => 18,
+            Self::Returning => 25,
         }
     }
 
     /// The duty after this round, or the landing that ends it. `task` is what the virtual forces have
-    /// the drone do; there is none while it does not know its position.
+    /// the drone do, which may have been recalled; there is none while it does not know its position.
     pub(crate) fn next(
         self,
         config: &SwarmConfig,
         round: &Round,
         task: Option<Task>,
+        is_recalled: bool,
     ) -> Next<Self> {
-        if matches!(round.order(), Some(Order::Land | Order::Return | Order::Perch)) {
+        if matches!(round.order(), Some(Order::Land | Order::Perch)) {
             return Break(LandReason::Ordered);
         }
         match (task, self) {
+            (Some(Task::Done), _) if is_recalled => Break(LandReason::Home),
+            (Some(Task::Done), _) => Break(LandReason::Done),
+            (Some(_), _) if is_recalled => Continue(Self::Returning),
             (Some(Task::Survey { .. }), _) => Continue(Self::Surveying),
             (Some(Task::Gather { .. }), _) => Continue(Self::Gathering),
             (Some(Task::Cross { .. }), _) => Continue(Self::Crossing),
-            (Some(Task::Done), _) => Break(LandReason::Done),
+            (Some(Task::Home), _) => Continue(Self::Returning),
             (None, Self::Hovering { since }) if round.now.since(since) > config.patience => {
                 Break(LandReason::PositionLost)
             }
             (None, Self::Hovering { since }) => Continue(Self::Hovering { since }),
-            (None, Self::Surveying | Self::Gathering | Self::Crossing) => {
+            (None, Self::Surveying | Self::Gathering | Self::Crossing | Self::Returning) => {
                 Continue(Self::Hovering { since: round.now })
             }
         }

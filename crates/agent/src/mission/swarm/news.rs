@@ -16,13 +16,13 @@
 //! | 0 | `u8` | number of the news, one more each time, from 255 back to 0 | |
 //! | 1 | `i16` | place to the east | 1/256 m |
 //! | 3 | `i16` | place to the north | 1/256 m |
-//! | 5 | `u8` | progress, 255 for more | |
+//! | 5 | `u8` | progress, 254 for more; 255 from a drone that lands or has landed | |
 //!
 //! News are passed on by their number, and only while they are young, so that no news of a drone that
 //! was lost go round for ever.
 
 use units::{Duration, Instant, Metres, NODES, NodeId, Payload, Point2};
-use virtual_forces::Heard;
+use virtual_forces::{DOWN, Heard};
 
 use super::SwarmConfig;
 use crate::Told;
@@ -173,7 +173,8 @@ impl News {
 fn encoded(sequence: u8, Own { at, error, progress }: &Own) -> [u8; SENDER] {
     let steps = |metres: f32| (libm::roundf(metres * STEPS) as i16).to_le_bytes();
     let ([x0, x1], [y0, y1]) = (steps(at.x), steps(at.y));
-    let progress = u8::try_from(*progress).unwrap_or(u8::MAX);
+    let most = if *progress == DOWN { DOWN } else { DOWN - 1 };
+    let progress = (*progress).min(most) as u8;
     [sequence, x0, x1, y0, y1, progress, libm::ceilf(error.0 * STEPS) as u8]
 }
 

@@ -156,8 +156,8 @@ fn plans() -> impl Strategy<Value = SwarmPlan> {
     let length = move |least, most| metres(least, most).prop_map(Metres);
     let area = (length(100, 10_000), length(100, 10_000));
     let passage = (length(50, 2_000), -180_i16..=180, length(0, 10_000));
-    (1_u8..16, point(), area, point(), passage).prop_map(
-        |(drones, corner, area, entrance, (width, degrees, length))| SwarmPlan {
+    (1_u8..16, point(), area, point(), passage, any::<bool>()).prop_map(
+        |(drones, corner, area, entrance, (width, degrees, length), both)| SwarmPlan {
             drones,
             corner,
             area,
@@ -165,6 +165,7 @@ fn plans() -> impl Strategy<Value = SwarmPlan> {
             width,
             direction: Radians(f32::from(degrees).to_radians()),
             length,
+            both,
         },
     )
 }

@@ -1,0 +1,162 @@
+//! Takes a drone through the passage: when it follows the others, which way it goes, and when it lets one
+//! beside it go first.
+
+use units::Point2;
+
+use crate::geometry::along;
+use crate::member::{Leg, Member, Task};
+use crate::takeover::Takeover;
+use crate::team::Neighbour;
+use crate::{Obstacles, Passage, crossing};
+
+/// How a drone gets on in a passage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// It goes ahead, but for so many rounds in which it got no farther.
+    Ahead {
+        /// Rounds without progress; once they are more than [`crate::Config::hold`] they are counted no more.
+        blocked: u16,
+    },
+    /// It goes back for so many more rounds, so that a drone beside it can go first.
+    Back {
+        /// Rounds that are left.
+        rounds: u16,
+    },
+}
+
+impl<const N: usize> Member<N> {
+    /// Says whether a guarded drone on the way to its place has a neighbour in the passage: it follows
+    /// that one then, which keeps its link and so cannot go far ahead of it.
+    pub(crate) fn is_late(&self) -> bool {
+        let Passage { entrance, way, .. } = self.plan.passage;
+        let inside = |other: Neighbour| along(way, entrance, other.position) > 0.0;
+        self.config.guard.is_some() && self.team.neighbours().any(inside)
+    }
+
+    /// Returns the task of a drone after a step through the passage from `start` to `here`.
+    pub(crate) fn crossed(&mut self, start: Point2, here: Point2, pace: Pace) -> Task {
+        let Passage { entrance, way, length, .. } = self.plan.passage;
+        let beyond = along(way, entrance, here) - length.0;
+        // Behind those that have landed there may be no room to go on. One that still can leaves the exit to
+        // a drone that was taken for lost.
+        let most = self.config.hold / 4;
+        let is_held = matches!(self.task, Task::Cross { out: true, pace: Pace::Ahead { blocked } } if blocked > most);
+        let is_near =
+            |other: Neighbour| here.distance(other.position) <= self.config.wanted_distance();
+        let has_no_room = is_held && self.team.landed().any(is_near);
+        let exit = if has_no_room { self.error.0 } else { 2.0 * self.config.wanted_distance().0 };
+        let [_, second] = self.plan.surveys;
+        let are_out = self.ready(self.goals() + 2);
+        let is_through = beyond > exit && are_out;
+        match self.leg {
+            Leg::Back if beyond > self.error.0 => Task::Home,
+            Leg::First if is_through && second.goals() > 0 => {
+                (self.leg, self.takeover) = (Leg::Second, Takeover::NONE);
+                Task::Survey { reached: 0, underway: true }
+            }
+            Leg::First if is_through => Task::Done,
+            _ => {
+                let out = beyond > self.error.0;
+                let pace = match pace {
+                    Pace::Ahead { blocked } if out => {
+                        Pace::Ahead { blocked: blocked.min(self.config.hold) }
+                    }
+                    pace => pace,
+                };
+                let pace = self.next_pace(pace, here, along(way, start, here), out && !are_out);
+                Task::Cross { out, pace }
+            }
+        }
+    }
+
+    /// Returns the direction of a drone in the passage.
+    pub(crate) fn way_through(
+        &mut self,
+        here: Point2,
+        pace: Pace,
+        obstacles: &Obstacles,
+    ) -> Option<Point2> {
+        let formation = self.formation(self.plan.drones);
+        let (config, passage) = (&self.config, &self.plan.passage);
+        let others = self.team.neighbours().map(|other| other.position);
+        match pace {
+            Pace::Ahead { .. } => {
+                let side = &mut self.side;
+                crossing::direction(config, passage, formation, here, others, obstacles, side)
+            }
+            Pace::Back { .. } => Some(Point2::new(-passage.way.x, -passage.way.y)),
+        }
+    }
+
+    /// Returns how a drone at `here` gets on after a step that brought it `farther` ahead, in
+    /// metres. A guarded drone that gets no farther goes back where another one is beside it and
+    /// slightly ahead: without that, two drones before a narrow place wait for each other. One that only
+    /// `waits` behind the passage is not held up.
+    fn next_pace(&self, pace: Pace, here: Point2, farther: f32, waits: bool) -> Pace {
+        let Some(guard) = &self.config.guard else {
+            return pace;
+        };
+        let beside = |other: Neighbour| {
+            let ahead = along(self.plan.passage.way, here, other.position);
+            let first = ahead > 0.0 || (ahead == 0.0 && other.number < self.number);
+            let near = here.distance(other.position).0 < 2.0 * guard.drones.0;
+            first && near && ahead < guard.drones.0
+        };
+        match pace {
+            Pace::Back { rounds } if rounds > 1 => Pace::Back { rounds: rounds - 1 },
+            Pace::Ahead { blocked } if farther < 0.25 * self.config.longest_step.0 => {
+                let yields = blocked >= guard.blocked_rounds && self.team.neighbours().any(beside);
+                if yields {
+                    Pace::Back { rounds: guard.back_rounds }
+                } else {
+                    let most = if waits { guard.blocked_rounds } else { u16::MAX };
+                    Pace::Ahead { blocked: blocked.saturating_add(1).min(most) }
+                }
+            }
+            // Drones on both sides of an obstacle let go of each other until they are past it.
+            Pace::Ahead { blocked } if blocked > self.config.hold => pace,
+            Pace::Ahead { .. } | Pace::Back { .. } => Pace::Ahead { blocked: 0 },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use units::Metres;
+
+    use super::*;
+    use crate::team::Heard;
+    use crate::{Config, Plan, Survey};
+
+    /// Two drones on the sides of a pillar held each other there until their batteries were empty.
+    #[test]
+    fn a_drone_that_a_link_holds_in_the_passage_for_long_lets_go_of_it() {
+        let config = Config::OURS;
+        let (corner, area) = (Point2::new(-9.75, -3.75), (Metres(9.0), Metres(7.5)));
+        let passage = Passage {
+            entrance: Point2::new(0.0, 0.0),
+            width: Metres(2.26),
+            way: Point2::new(1.0, 0.0),
+            length: Metres(6.0),
+        };
+        let surveys = [Survey::new(&config, corner, area, 2); 2];
+        let plan = Plan { drones: 2, surveys, passage };
+        let task = Task::Cross { out: false, pace: Pace::Ahead { blocked: 0 } };
+        let mut drone = Member::<4> { task, ..Member::new(config, plan, 0) };
+        let held = Point2::new(2.0, 0.0);
+        let mut here = Point2::new(3.0, 0.0);
+        let mut fly = |rounds| {
+            for _ in 0..rounds {
+                let progress = drone.progress();
+                let other =
+                    Heard { number: 1, position: held, error: Metres(0.0), hops: 1, progress };
+                let other = (here.distance(held) <= config.radio_range).then_some(other);
+                let open = Obstacles::default();
+                here = drone.step(here, Metres(0.0), other, &open, config.longest_step);
+            }
+            here.distance(held)
+        };
+        assert!(fly(config.hold) <= config.radio_range, "the link is kept");
+        assert!((0..25).any(|_| fly(20).0 > 2.0), "but not for ever");
+    }
+}
