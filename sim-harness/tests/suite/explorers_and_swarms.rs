@@ -134,8 +134,10 @@ fn a_swarm_that_is_called_home_has_not_covered_its_area_and_stands_where_it_took
     let mut scenario = Scenario::open("swarm-c").unwrap();
     let whole = fly(&scenario, 3);
     assert!(whole.judgement.is_success(), "{:?}", whole.judgement);
-    // From the passage.
-    let recall = PilotStep { at_us: 150_000_000, task: Order::Return };
+    // From the passage, before the first has landed behind it.
+    let gathered_s = whole.metrics.swarm.unwrap().gathered_s;
+    let at_us = (gathered_s * 1e6) as u64 + 10_000_000;
+    let recall = PilotStep { at_us, task: Order::Return };
     scenario.pilot.push(recall);
     scenario.duration_us = 320_000_000;
     let run = fly(&scenario, 3);
