@@ -229,22 +229,6 @@ fn a_shown_scenario_can_be_flown() {
     }
 }
 
-/// The book's scenario with every table, from the book's text.
-#[test]
-fn the_books_full_scenario_is_flown_as_it_stands() {
-    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/scenarios.md");
-    let book = fs::read_to_string(book).unwrap();
-    let (_, section) = book.split_once("## A full one").unwrap();
-    let (_, text) = section.split_once("```toml\n").unwrap();
-    let (text, _) = text.split_once("```").unwrap();
-    let folder = folder("full");
-    fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("full.toml");
-    fs::write(&file, text).unwrap();
-    let output = uchain(&["run", file.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-}
-
 #[test]
 #[cfg(unix)]
 fn an_input_that_never_ends_is_refused() {

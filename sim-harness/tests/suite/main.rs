@@ -1,6 +1,7 @@
 //! The simulator and its command, each part by itself.
 
 mod attacks;
+mod book;
 mod called_law;
 mod campaigns;
 mod cave;
