@@ -13,7 +13,7 @@ struct Shown {
     text: String,
 }
 
-/// Every block of TOML in the book that has a tunnel, which only a scenario has.
+/// Every block of TOML in the book that is a whole scenario: it has a title and a tunnel.
 fn scenarios() -> Vec<Shown> {
     let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src");
     let mut shown = Vec::new();
@@ -24,6 +24,7 @@ fn scenarios() -> Vec<Shown> {
         for (n, part) in page.split("```").enumerate() {
             // Every second part is a block.
             if let Some(text) = part.strip_prefix("toml\n").filter(|_| n % 2 == 1)
+                && text.contains("title = ")
                 && text.contains("[tunnel]\n")
             {
                 let place = format!("{}:{}", path.display(), line + 1);
@@ -47,14 +48,11 @@ fn file(name: &str, text: &str) -> PathBuf {
 #[test]
 fn every_scenario_of_the_book_is_accepted() {
     let shown = scenarios();
-    assert!(shown.len() >= 3, "the book has at least three");
+    assert!(shown.len() >= 2, "the book has at least two");
     for (n, Shown { place, text }) in shown.iter().enumerate() {
         let file = file(&format!("{n}.toml"), text);
-        let Err(error) = Scenario::open(file.to_str().unwrap()) else { continue };
-        // A map that is not in this repository is missed after all keys were read.
-        let error = error.to_string();
-        let map = text.lines().find_map(|line| line.strip_prefix("map = \"")?.strip_suffix('"'));
-        assert!(map.is_some_and(|map| error.contains(map)), "{place}: {error}");
+        let opened = Scenario::open(file.to_str().unwrap());
+        assert!(opened.is_ok(), "{place}: {}", opened.err().unwrap());
     }
 }
 

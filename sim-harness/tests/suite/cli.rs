@@ -247,36 +247,6 @@ fn long_mission(folder: &Path) -> PathBuf {
     file
 }
 
-/// A record has at most as many frames as a mission of 20 minutes, and the files of every frame are
-/// written while it is flown: what suffices for such a mission suffices for one three times as long.
-/// Without either, two drones took 40 kB more for each second, some 100 MB here.
-#[test]
-#[cfg(target_os = "linux")]
-fn memory_does_not_grow_with_a_missions_length() {
-    // What a process may allocate, kB: a mission of 20 minutes takes half of it.
-    const MOST: &str = "40000";
-    let folder = folder("memory");
-    fs::create_dir_all(&folder).unwrap();
-    let (file, out) = (folder.join("long.toml"), folder.join("out"));
-    for seconds in [1200, 3600] {
-        let text = format!(
-            "title = \"A long wait\"\nduration_s = {seconds}.0\n[tunnel]\nwidth_m = 1.4\n\
-             centre_line_m = [[0, 0], [60, 0]]\n[drones]\nrelays = 1\n\
-             [[pilot]]\nat_s = 0\norder = \"wait\"\n"
-        );
-        fs::write(&file, text).unwrap();
-        let limited = "ulimit -d \"$1\" || exit 99; exec \"$2\" run \"$3\" --quiet --out \"$4\"";
-        let mut command = Command::new("sh");
-        command.args(["-c", limited, "sh", MOST, UCHAIN]).args([&file, &out]);
-        let output = command.output().unwrap();
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(0), "{seconds} s: {complaint}");
-        // Each second has five frames, of three nodes each.
-        let rows = fs::read_to_string(out.join("trace.csv")).unwrap().lines().count();
-        assert!(rows > 10 * seconds, "{seconds} s: {rows} rows");
-    }
-}
-
 /// Starts a command, and interrupts it when its temporary directory is there.
 #[cfg(unix)]
 fn interrupted(folder: &Path, args: &[&str]) -> Output {

@@ -22,6 +22,7 @@ mod loss;
 mod machine;
 mod maps;
 mod medium;
+mod memory;
 mod odometry;
 mod order;
 mod perch;
