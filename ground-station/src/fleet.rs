@@ -141,7 +141,7 @@ impl Fleet {
     /// # Errors
     /// A file that cannot be read, or says what no fleet can be.
     pub fn read(path: &Path) -> Result<Self, InputError> {
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let text = input::file::read_text(path, input::file::LARGEST_TEXT).map_err(|error| {
             InputError::new(format!("cannot be read: {error}"), "give a fleet file in TOML")
                 .in_file(path)
         })?;
@@ -290,6 +290,22 @@ mod tests {
         assert_eq!(fleet.name(NodeId(0)), "the head (Ada)");
         assert_eq!(fleet.name(NodeId(3)), "relay 3");
         assert_eq!(fleet.flying().collect::<Vec<_>>(), [NodeId(0)]);
+    }
+
+    #[test]
+    fn the_books_fleet_file_is_read() {
+        let page = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/src/station.md"));
+        let (_, block) = page.split_once("```toml\n").unwrap();
+        let fleet = parse(block.split_once("```").unwrap().0).unwrap();
+        assert_eq!(fleet.name(NodeId(0)), "the head (Ada)");
+        assert_eq!(fleet.drones.len(), 3);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_file_that_never_ends_is_refused() {
+        let error = Fleet::read(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert!(error.contains("more than 16 MiB") && error.contains("; give"), "{error}");
     }
 
     #[test]

@@ -12,16 +12,15 @@ mod mcap;
 mod packets;
 mod survey;
 
-use std::fs::{self, File};
 use std::io::{self, BufWriter};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use units::NodeId;
 
-use self::durable::{DurableFile, sync_folder};
+use self::durable::{DiskFolder, DurableFile, DurableFolder};
 use crate::message::{Event, Record};
 use crate::range_survey::Sample;
 
@@ -41,11 +40,7 @@ impl Recorder {
     /// # Errors
     /// If they cannot be created.
     pub fn create(folder: &Path) -> io::Result<Self> {
-        fs::create_dir_all(folder)?;
-        let create = |name: &str| File::create_new(folder.join(name));
-        let (packets, mcap) = (create("packets.csv")?, create("station.mcap")?);
-        let mut files = Files::begin(packets, mcap, folder.to_owned())?;
-        sync_folder(folder)?;
+        let mut files = Files::begin(DiskFolder::make(folder)?)?;
         let (records, received) = mpsc::channel();
         let writer = thread::Builder::new()
             .name("recorder".to_owned())
@@ -69,26 +64,24 @@ impl Drop for Recorder {
 }
 
 /// The two files, and the folder for those of range surveys.
-struct Files<F: DurableFile> {
-    packets: packets::Packets<BufWriter<F>>,
-    mcap: mcap::Recording<BufWriter<F>>,
+struct Files<F: DurableFolder> {
+    packets: packets::Packets<BufWriter<F::File>>,
+    mcap: mcap::Recording<BufWriter<F::File>>,
     /// The two files once more, to have them put onto the disk.
-    files: [F; 2],
-    folder: PathBuf,
+    files: [F::File; 2],
+    folder: F,
     /// The number of range surveys that were written.
     surveys: usize,
 }
 
-impl<F: DurableFile> Files<F> {
-    fn begin(packets: F, mcap: F, folder: PathBuf) -> io::Result<Self> {
+impl<F: DurableFolder> Files<F> {
+    fn begin(folder: F) -> io::Result<Self> {
+        let (packets, mcap) = (folder.create("packets.csv")?, folder.create("station.mcap")?);
         let files = [packets.again()?, mcap.again()?];
-        Ok(Self {
-            packets: packets::Packets::new(BufWriter::new(packets))?,
-            mcap: mcap::Recording::new(BufWriter::new(mcap))?,
-            files,
-            folder,
-            surveys: 0,
-        })
+        let packets = packets::Packets::new(BufWriter::new(packets))?;
+        let mcap = mcap::Recording::new(BufWriter::new(mcap))?;
+        folder.sync()?;
+        Ok(Self { packets, mcap, files, folder, surveys: 0 })
     }
 
     fn write(&mut self, record: Record) -> io::Result<()> {
@@ -112,9 +105,9 @@ impl<F: DurableFile> Files<F> {
 
     fn write_survey(&mut self, node: NodeId, samples: &[Sample]) -> io::Result<()> {
         self.surveys += 1;
-        let file = File::create_new(self.folder.join(format!("survey-{}.csv", self.surveys)))?;
+        let file = self.folder.create(&format!("survey-{}.csv", self.surveys))?;
         survey::write(file, node, samples)?;
-        sync_folder(&self.folder)
+        self.folder.sync()
     }
 
     fn write_all(&mut self, records: &Receiver<Record>) -> io::Result<()> {
@@ -143,7 +136,7 @@ mod tests {
     use ::mcap::MessageStream;
     use ::mcap::read::Options;
 
-    use super::durable::tests::PowerCutFile;
+    use super::durable::tests::PowerCutFolder;
     use super::*;
     use crate::blocks::DroneReport;
 
@@ -172,30 +165,31 @@ mod tests {
 
     #[test]
     fn a_power_cut_leaves_what_was_flushed() {
-        let (packets, mcap) = (PowerCutFile::default(), PowerCutFile::default());
-        let mut files = Files::begin(packets.clone(), mcap.clone(), PathBuf::new()).unwrap();
+        let folder = PowerCutFolder::default();
+        let rows = || folder.after_power_cut("packets.csv").unwrap();
+        let messages = || messages(&folder.after_power_cut("station.mcap").unwrap());
+        let mut files = Files::begin(folder.clone()).unwrap();
         for n in 0..1_000 {
             files.write(report(n)).unwrap();
             files.write(notice(n)).unwrap();
         }
         files.flush().unwrap();
         files.write(report(1_000)).unwrap();
-        let rows = String::from_utf8(packets.after_power_cut()).unwrap();
-        assert_eq!(rows.lines().count(), 1 + 1_000);
-        assert_eq!(messages(&mcap.after_power_cut()), 2_000);
+        assert_eq!(String::from_utf8(rows()).unwrap().lines().count(), 1 + 1_000);
+        assert_eq!(messages(), 2_000);
         files.finish().unwrap();
-        assert_eq!(messages(&mcap.after_power_cut()), 2_001);
-        let rows = String::from_utf8(packets.after_power_cut()).unwrap();
-        assert_eq!(rows.lines().count(), 1 + 1_001);
+        assert_eq!(messages(), 2_001);
+        assert_eq!(String::from_utf8(rows()).unwrap().lines().count(), 1 + 1_001);
     }
 
     #[test]
     fn a_power_cut_leaves_a_range_survey() {
-        let file = PowerCutFile::default();
+        let folder = PowerCutFolder::default();
+        let mut files = Files::begin(folder.clone()).unwrap();
         let at = units::Instant::from_millis(1_500);
         let sample = Sample { at, place_m: 4.0, rssi: units::Dbm(-61.5) };
-        survey::write(file.clone(), NodeId(2), &[sample; 3]).unwrap();
-        let rows = String::from_utf8(file.after_power_cut()).unwrap();
+        files.write_survey(NodeId(2), &[sample; 3]).unwrap();
+        let rows = String::from_utf8(folder.after_power_cut("survey-1.csv").unwrap()).unwrap();
         assert_eq!(rows.lines().count(), 1 + 3, "{rows}");
         assert!(rows.contains("1.500,"), "{rows}");
     }
@@ -203,12 +197,12 @@ mod tests {
     /// The recorder's own thread flushes without being told to.
     #[test]
     fn a_recording_that_goes_on_reaches_the_disk() {
-        let (packets, mcap) = (PowerCutFile::default(), PowerCutFile::default());
-        let mut files = Files::begin(packets, mcap.clone(), PathBuf::new()).unwrap();
+        let folder = PowerCutFolder::default();
+        let mut files = Files::begin(folder.clone()).unwrap();
         let (records, received) = mpsc::channel();
         let writer = thread::spawn(move || files.write_all(&received));
         records.send(notice(1)).unwrap();
-        while messages(&mcap.after_power_cut()) < 1 {
+        while messages(&folder.after_power_cut("station.mcap").unwrap()) < 1 {
             thread::sleep(Duration::from_millis(10));
         }
         drop(records);

@@ -53,7 +53,7 @@ pub fn read(path: &Path) -> Result<String, Unusable> {
             return Err(about(&why, &format!("run: chmod 600 '{}'", path.display())));
         }
     }
-    let text = fs::read_to_string(path).map_err(unreadable)?;
+    let text = input::file::read_text(path, input::file::LARGEST_TEXT).map_err(unreadable)?;
     check(text.trim()).map_err(|why| format!("{}: {why}", path.display()))
 }
 

@@ -252,6 +252,8 @@ async fn of_1000_freezes_closings_and_keys_none_takes_the_operators_last_word() 
         stops += ended.no_stop_was_lost();
         ended.no_page_was_a_pilot_by_accident();
     }
+    let given: usize = ended.iter().map(|ended| ended.orders.len()).sum();
+    println!("{orders} of {given} orders were carried out, and {stops} stops were answered");
     // The scripts would show nothing if nothing arrived.
     assert!(orders > 20 && stops > 20, "{orders} orders and {stops} stops have arrived");
 }

@@ -167,5 +167,8 @@ async fn freezes_reloads_and_keys_do_not_take_the_operators_last_word_in_chromiu
     let ended = script.end().await;
     let orders = ended.no_order_was_late();
     ended.no_page_was_a_pilot_by_accident();
+    let stops = ended.told.iter().filter(|(_, told)| *told == Told::Stop).count();
+    let given = ended.orders.len();
+    println!("{orders} of {given} orders were carried out, and {stops} stops came to the base");
     assert!(orders > 5, "{orders} orders have arrived");
 }

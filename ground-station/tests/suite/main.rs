@@ -18,6 +18,7 @@ mod recording;
 mod resilient_page;
 mod severed_line;
 mod simulated_chain;
+mod stale_line_in_chromium;
 mod stalling_proxy;
 mod stalls;
 mod station_process;

@@ -12,6 +12,8 @@ pub enum FileError {
     Missing,
     /// The file lies outside the folder.
     Outside,
+    /// The file is text in UTF-16, which none of the programs writes.
+    Utf16,
     /// The file cannot be read; the text says why.
     Unreadable(String),
 }
@@ -98,6 +100,15 @@ pub fn read_whole(path: &Path) -> Result<Vec<u8>, FileError> {
     std::fs::read(path).map_err(told)
 }
 
+/// The bytes of a file that is no text in UTF-16: as that of single bytes it would be refused for what it
+/// does not say. Some editors save so, and put a byte order mark first.
+fn of_single_bytes(bytes: Vec<u8>) -> Result<Vec<u8>, FileError> {
+    match bytes.as_slice() {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Err(FileError::Utf16),
+        _ => Ok(bytes),
+    }
+}
+
 impl Files for Folder {
     fn open(&self, path: &str) -> Result<Opened, FileError> {
         let found = self.find(path).ok_or(FileError::Missing)?;
@@ -106,7 +117,7 @@ impl Files for Folder {
         if !real.starts_with(&self.root) {
             return Err(FileError::Outside);
         }
-        let bytes = read_whole(&real)?;
+        let bytes = of_single_bytes(read_whole(&real)?)?;
         let shown = self.shown.join(found.strip_prefix(&self.root).unwrap_or(&found));
         let shown = shown.strip_prefix(".").unwrap_or(&shown);
         Ok(Opened { path: shown.to_string_lossy().into_owned(), bytes })
@@ -131,7 +142,7 @@ impl Files for Memory {
         let alike = |known: &&String| known.eq_ignore_ascii_case(path);
         let known = self.0.get_key_value(path).map(|(known, _)| known);
         let known = known.or_else(|| self.0.keys().find(alike)).ok_or(FileError::Missing)?;
-        let bytes = self.0.get(known).cloned().unwrap_or_default();
+        let bytes = of_single_bytes(self.0.get(known).cloned().unwrap_or_default())?;
         Ok(Opened { path: known.clone(), bytes })
     }
 }

@@ -332,6 +332,7 @@ pub(crate) fn unopened(name: &str, error: &FileError) -> (String, String) {
             format!("\"{name}\" lies outside the folder of the survey"),
             "name the folder that holds all of it with --within".into(),
         ),
+        FileError::Utf16 => (format!("\"{name}\" is text in UTF-16"), "save it as UTF-8".into()),
         FileError::Unreadable(why) => {
             (format!("\"{name}\" cannot be read: {why}"), "give a readable file".into())
         }

@@ -8,6 +8,7 @@ pub mod csv;
 pub mod figure_page;
 mod folder;
 pub mod mcap;
+pub mod memory;
 mod origin;
 pub mod pictures;
 pub mod report;

@@ -24,6 +24,9 @@ fn unopened(path: &str, error: &FileError) -> Refusal {
             let wrong = format!("\"{path}\" lies outside the map's folder");
             Refusal::new(wrong, "put it beside the map")
         }
+        FileError::Utf16 => {
+            Refusal::new(format!("\"{path}\" is text in UTF-16"), "save it as UTF-8")
+        }
         FileError::Unreadable(why) => {
             Refusal::new(format!("\"{path}\" cannot be read: {why}"), "give a file that can")
         }

@@ -202,6 +202,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
     }
     let fleet = args.fleet(&scenario)?;
     interrupt::ends();
+    if args.common.out.is_some() {
+        report::memory::is_enough_for(&scenario)?;
+    }
     let mut folder = args.common.folder()?;
     let Flown { trace, files, metrics, judgement, aftermath } =
         fly(&scenario, seed, args, fleet.as_ref(), folder.as_ref())?;

@@ -229,22 +229,6 @@ fn a_shown_scenario_can_be_flown() {
     }
 }
 
-/// The book's scenario with every table, from the book's text.
-#[test]
-fn the_books_full_scenario_is_flown_as_it_stands() {
-    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/src/scenarios.md");
-    let book = fs::read_to_string(book).unwrap();
-    let (_, section) = book.split_once("## A full one").unwrap();
-    let (_, text) = section.split_once("```toml\n").unwrap();
-    let (text, _) = text.split_once("```").unwrap();
-    let folder = folder("full");
-    fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("full.toml");
-    fs::write(&file, text).unwrap();
-    let output = uchain(&["run", file.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-}
-
 #[test]
 #[cfg(unix)]
 fn an_input_that_never_ends_is_refused() {
@@ -261,36 +245,6 @@ fn long_mission(folder: &Path) -> PathBuf {
     let file = folder.join("long.toml");
     fs::write(&file, short.replace("duration_s = 20.0", "duration_s = 86400.0")).unwrap();
     file
-}
-
-/// A record has at most as many frames as a mission of 20 minutes, and the files of every frame are
-/// written while it is flown: what suffices for such a mission suffices for one three times as long.
-/// Without either, two drones took 40 kB more for each second, some 100 MB here.
-#[test]
-#[cfg(target_os = "linux")]
-fn memory_does_not_grow_with_a_missions_length() {
-    // What a process may allocate, kB: a mission of 20 minutes takes half of it.
-    const MOST: &str = "40000";
-    let folder = folder("memory");
-    fs::create_dir_all(&folder).unwrap();
-    let (file, out) = (folder.join("long.toml"), folder.join("out"));
-    for seconds in [1200, 3600] {
-        let text = format!(
-            "title = \"A long wait\"\nduration_s = {seconds}.0\n[tunnel]\nwidth_m = 1.4\n\
-             centre_line_m = [[0, 0], [60, 0]]\n[drones]\nrelays = 1\n\
-             [[pilot]]\nat_s = 0\norder = \"wait\"\n"
-        );
-        fs::write(&file, text).unwrap();
-        let limited = "ulimit -d \"$1\" || exit 99; exec \"$2\" run \"$3\" --quiet --out \"$4\"";
-        let mut command = Command::new("sh");
-        command.args(["-c", limited, "sh", MOST, UCHAIN]).args([&file, &out]);
-        let output = command.output().unwrap();
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(0), "{seconds} s: {complaint}");
-        // Each second has five frames, of three nodes each.
-        let rows = fs::read_to_string(out.join("trace.csv")).unwrap().lines().count();
-        assert!(rows > 10 * seconds, "{seconds} s: {rows} rows");
-    }
 }
 
 /// Starts a command, and interrupts it when its temporary directory is there.

@@ -1,6 +1,7 @@
 //! The simulator and its command, each part by itself.
 
 mod attacks;
+mod book;
 mod called_law;
 mod campaigns;
 mod cave;
@@ -21,6 +22,7 @@ mod loss;
 mod machine;
 mod maps;
 mod medium;
+mod memory;
 mod odometry;
 mod order;
 mod perch;

@@ -2,7 +2,7 @@
 
 use radio_model::{Fades, Reception};
 use sim_harness::medium::timing::{RAMP_UP_US, air_us, flight_us, line_in_us, line_out_us};
-use sim_harness::medium::{Arrives, Medium, MediumConfig, Polling, Receipt};
+use sim_harness::medium::{Arrives, Jams, Medium, MediumConfig, Polling, Receipt, Repeater};
 use units::{Db, Dbm, Duration};
 use wire::radio::Datarate;
 
@@ -351,6 +351,26 @@ fn questions_without_a_rate_limit_meet_no_turn_for_ever() {
             (1..200).contains(&heard),
             "{heard} of 200 that begin {phase_us} µs after a whole ms"
         );
+    }
+}
+
+/// What is repeated is on the air as soon as a radio can turn round, and not a turn or a round later.
+#[test]
+fn a_repeater_sends_its_copy_as_soon_as_it_can() {
+    for (delay_us, begins_us) in [(0, RAMP_UP_US), (RAMP_UP_US, RAMP_UP_US), (450, 450)] {
+        let mut medium = air(EXACT, 4);
+        let repeater = Repeater { ear: 2, mouth: 3, delay_us, jams: Jams::Nothing };
+        medium.repeat(&[repeater]);
+        medium.inject(0, 50_000, &[1; 20]);
+        // Stations 0 and 1 do not hear each other; the mouth stands beside 1.
+        let near = |from: usize, to: usize| match (from, to) {
+            (0, 2) | (3, 1) => Some(Dbm(-50.0)),
+            _ => None,
+        };
+        let arrivals = all(&mut medium, near);
+        let ends_us = 50_000 + air_us(Datarate::Mbit2, 20);
+        let copy_us = ends_us + begins_us + air_us(Datarate::Mbit2, 20);
+        assert_eq!(arrivals, [(ends_us, 0, vec![2]), (copy_us, 3, vec![1])], "{delay_us} µs");
     }
 }
 

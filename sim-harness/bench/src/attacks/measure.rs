@@ -50,8 +50,8 @@ enum Attack {
     Forged,
     /// Packets that were recorded at least [`OLD_US`] before.
     Replayed,
-    /// The last packet, repeated at once. A drone that has missed the original cannot distinguish
-    /// the copy from it.
+    /// The last packet, repeated at a random moment after it, before or after the next. A drone that has
+    /// missed the original cannot distinguish the copy from it.
     Repeated,
     /// Recorded packets with bytes missing at the end.
     Truncated,
@@ -89,7 +89,7 @@ impl Attack {
             Self::None => "none",
             Self::Forged => "forged",
             Self::Replayed => "replayed",
-            Self::Repeated => "repeated at once",
+            Self::Repeated => "repeated a while later",
             Self::Truncated => "truncated",
             Self::BitFlipped => "bit-flipped",
             Self::WrongSender => "wrong sender",

@@ -83,7 +83,7 @@ fn real(file: &Path) -> PathBuf {
 
 /// Whether a YAML file is a map: others name no image.
 fn is_map(file: &Path) -> bool {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let text = input::file::read_text(file, input::file::LARGEST_TEXT).unwrap_or_default();
     text.lines().any(|line| line.trim_start().starts_with("image:"))
 }
 

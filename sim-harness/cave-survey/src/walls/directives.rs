@@ -7,7 +7,7 @@ use super::units::OptionFault;
 use super::variances::{Deviations, of_fix};
 use super::{LONGEST_LINE, MOST_SAVED, Reader};
 use crate::draft::Fix;
-use crate::earth::{Day, System};
+use crate::earth::System;
 use crate::error::Refusal;
 use crate::survex::date::{self, DateError};
 use crate::survey::LegFlags;
@@ -135,11 +135,19 @@ impl Reader {
             [month, day, year] => date::days(&format!("{year}.{month}.{day}")),
             _ => Err(DateError::NoDate),
         };
-        self.date = Some(day.map(|[day, _]: [Day; 2]| day).map_err(|_| {
-            let wrong = format!("\"{line}\" is no date");
-            self.wrong(wrong, "give year-month-day, such as 2021-06-13")
-        })?);
-        if self.earth.is_some() {
+        self.date = match day {
+            Ok([day, _]) => Some(day),
+            // The date is none of the calendar: without one nothing follows from it.
+            Err(DateError::Odd(why)) => {
+                self.remark(format!("date {text}: {why}"));
+                None
+            }
+            Err(DateError::NoDate | DateError::Backwards) => {
+                let wrong = format!("\"{line}\" is no date");
+                return Err(self.wrong(wrong, "give year-month-day, such as 2021-06-13"));
+            }
+        };
+        if self.earth.is_some() && self.date.is_some() {
             self.units.declination = None;
         }
         if !rest.is_empty() {

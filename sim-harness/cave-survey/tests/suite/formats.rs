@@ -71,6 +71,22 @@ fn a_file_of_another_format_than_its_ending_says_is_refused_by_the_name_of_that_
     assert!(told("cave.svx", "1 2 x 0 0\n").starts_with("cave.svx:1:5: \"x\" is no number"));
 }
 
+/// Also where another file includes it.
+#[test]
+fn text_in_utf_16_is_refused_by_that_name() {
+    let utf_16 = |text: &str| -> Vec<u8> {
+        "\u{feff}".encode_utf16().chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect()
+    };
+    for (name, text) in [("a.svx", SURVEX), ("a.th", THERION), ("a.dat", COMPASS), ("a.srv", WALLS)]
+    {
+        let told = told(name, utf_16(text));
+        assert!(told.contains("is text in UTF-16; save it as UTF-8"), "{told}");
+    }
+    let files = Memory::default().with("whole.svx", "*include a\n").with("a.svx", utf_16(SURVEX));
+    let told = read(&files, "whole.svx").unwrap_err().to_string();
+    assert_eq!(told, "whole.svx:1:10: \"a\" is text in UTF-16; save it as UTF-8");
+}
+
 #[test]
 fn a_file_that_no_reader_reads_is_refused_by_name_with_the_way_out() {
     for (name, bytes, expected) in [

@@ -231,6 +231,8 @@ const REMARKED: &[(&str, &str)] = &[
     ("#\nA B 10 0 0\n", "cave.srv:1: # is passed over"),
     ("#<L,R,U,D>\nA B 10 0 0\n", "cave.srv:1: #<L is passed over"),
     ("#date 2001-01-01\\ x\nA B 10 0 0\n", "cave.srv:1: \"\\ x\" behind the date is passed over"),
+    ("#date 1999-02-30\nA B 10 0 0\n", "cave.srv:1: date 1999-02-30: there is no such day in"),
+    ("#date 13/01/1999\nA B 10 0 0\n", "cave.srv:1: date 13/01/1999: there is no such month"),
     ("#units typeab=c,2.0X\nA B 10 0 0\n", "cave.srv:1: \"X\" of the option typeab is passed over"),
     ("#units uvh=4m)\nA B 10 0 0\n", "cave.srv:1: \"m)\" of the option uvh is passed over"),
     ("A B 10 0 0 <1,2,3,4>>\n", "cave.srv:1: \">\" is passed over"),

@@ -145,9 +145,10 @@ const SNIFFED: usize = 16 * 1024;
 
 /// The rows by which a format is recognized, without a last one that may be cut short.
 fn first_rows(bytes: &[u8]) -> Vec<(usize, String)> {
+    let end = end_of_line(bytes);
     let start = bytes
         .get(..SNIFFED)
-        .map_or(bytes, |start| start.rsplitn(2, |byte| *byte == b'\n').nth(1).unwrap_or(start));
+        .map_or(bytes, |start| start.rsplitn(2, |byte| *byte == end).nth(1).unwrap_or(start));
     lines(start).take(20).collect()
 }
 
@@ -186,7 +187,11 @@ pub fn read(file: &Path, format: Option<Format>) -> Result<(Format, Recording), 
 fn other_coding(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
     let packed = "the file as a whole is compressed";
     match bytes {
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some(("this is text in UTF-16", "save it as UTF-8")),
+        // With a byte order mark, or without one where it begins with two letters of ASCII.
+        [0xff, 0xfe, ..]
+        | [0xfe, 0xff, ..]
+        | [1..=127, 0, 1..=127, 0, ..]
+        | [0, 1..=127, 0, 1..=127, ..] => Some(("this is text in UTF-16", "save it as UTF-8")),
         // The marks of RFC 1952, of RFC 8878, of the LZ4 frame format 1.6 and of ZIP (APPNOTE 6.3).
         [0x1f, 0x8b, ..] => Some((packed, "unpack it with gunzip")),
         [0x28, 0xb5, 0x2f, 0xfd, ..] => Some((packed, "unpack it with unzstd")),
@@ -273,10 +278,17 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
     untrimmed_lines(bytes).map(|(number, line)| (number, line.trim_ascii_end().to_owned()))
 }
 
+/// The byte that ends each line of a text. A text without a line feed has the ends of lines of the old
+/// Macintosh, with which some spreadsheets still save a table.
+fn end_of_line(bytes: &[u8]) -> u8 {
+    if bytes.contains(&b'\n') { b'\n' } else { b'\r' }
+}
+
 /// The same lines with the blanks at their ends: a tab there is the end of an empty field.
 fn untrimmed_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
+    let end = end_of_line(bytes);
     bytes
-        .split(|byte| *byte == b'\n')
+        .split(move |byte| *byte == end)
         .enumerate()
         .map(|(index, line)| {
             let line = line.strip_suffix(b"\r").unwrap_or(line);
@@ -333,6 +345,21 @@ mod tests {
         for (text, format) in cases {
             assert_eq!(Format::told_from(text.as_bytes()), format, "{text:?}");
         }
+    }
+
+    #[test]
+    fn lines_end_as_those_of_unix_dos_or_the_old_macintosh() {
+        let text = "time_s,link,rssi_dbm\n0,a,-50\n\n1,a,-51\n";
+        let rows: Vec<_> = lines(text.as_bytes()).collect();
+        assert_eq!(rows[2], (4, "1,a,-51".to_owned()));
+        for end in ["\r\n", "\r"] {
+            let other = text.replace('\n', end);
+            assert_eq!(lines(other.as_bytes()).collect::<Vec<_>>(), rows, "{end:?}");
+            assert_eq!(Format::told_from(other.as_bytes()), Some(Format::Csv), "{end:?}");
+        }
+        // The rows by which a long text is recognized are whole.
+        let long = "time_s,link,rssi_dbm\r".to_owned() + &"0.25,a,-50\r".repeat(SNIFFED);
+        assert!(first_rows(long.as_bytes()).iter().skip(1).all(|(_, row)| row == "0.25,a,-50"));
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Reads a table by the names in its first row. Fields are separated by commas, by semicolons or by
-//! tabs, as the first row shows.
+//! Reads a table by the names in its first row. Fields are separated by commas, semicolons, tabs or
+//! vertical bars, as the first row shows.
 //!
 //! Each line is read by itself: a quote that is never closed spoils its own row and no other, and
 //! the line numbers are the file's. Comments, lines that begin with `#`, and the line `sep=;` with
@@ -14,7 +14,7 @@ use super::{number, untrimmed_lines};
 use crate::recording::{Recorder, Wrong};
 
 /// The separators of fields.
-const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
+const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
 /// The names in the first row of a table.
 pub(super) struct Header {
@@ -115,6 +115,7 @@ impl<'a, const N: usize> Table<'a, N> {
         match self.separator {
             b';' => recorder.note("its fields are separated by semicolons"),
             b'\t' => recorder.note("its fields are separated by tabs"),
+            b'|' => recorder.note("its fields are separated by vertical bars"),
             _ => {}
         }
     }

@@ -98,6 +98,19 @@ enum Negate {
 /// The thresholds that `map_saver` of ROS 1 writes, for a file without them.
 const USUAL: (f64, f64) = (0.65, 0.196);
 
+/// What a reader of YAML says is wrong, without the place, which stands before it, and without advice for
+/// programmers.
+fn said(error: &serde_saphyr::Error) -> String {
+    let told = error.to_string();
+    let first = told.lines().next().unwrap_or_default();
+    let first = first.strip_prefix("error: ").unwrap_or(first);
+    let said = match first.strip_prefix("line ").and_then(|rest| rest.split_once(": ")) {
+        Some((_, said)) => said,
+        None => first,
+    };
+    said.split(", set ").next().unwrap_or(said).to_owned()
+}
+
 impl Header {
     /// Reads the text, with remarks on keys that are missing.
     pub(super) fn read(text: &str, file: &str) -> Result<(Self, Vec<Warning>), Refusal> {
@@ -105,9 +118,7 @@ impl Header {
         let options = options! { non_finite_float_policy: NonFiniteFloatPolicy::PassThrough };
         let keys: Keys = serde_saphyr::from_str_with_options(text, options).map_err(|error| {
             let line = error.location().map_or(0, |at| at.line() as usize);
-            let said = error.to_string();
-            let said = said.lines().next().unwrap_or_default().to_owned();
-            let wrong = format!("this is no map of map_server: {said}");
+            let wrong = format!("this is no map of map_server: {}", said(&error));
             Refusal::new(wrong, "give the YAML file that map_saver wrote").at(line_of(file, line))
         })?;
         let reader = Reader { text, file };

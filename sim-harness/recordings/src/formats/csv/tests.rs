@@ -43,10 +43,10 @@ fn times_of_two_kinds_are_not_guessed_at() {
 }
 
 #[test]
-fn semicolons_tabs_and_decimal_commas_are_read_with_a_remark() {
+fn other_separators_and_decimal_commas_are_read_with_a_remark() {
     let commas = "time_s,link,rssi_dbm,velocity_mps\n0.10,a,-50,0.5\n0.20,a,-51.5,\n";
     let expected = parsed(commas);
-    for (separator, word) in [(';', "semicolons"), ('\t', "tabs")] {
+    for (separator, word) in [(';', "semicolons"), ('\t', "tabs"), ('|', "bars")] {
         let other = commas.replace(',', &separator.to_string());
         for text in [other.clone(), other.replace('.', ",")] {
             let recording = parsed(&text);
