@@ -115,7 +115,8 @@ impl Mission<'_> {
         let head = self.members.first().and_then(|head| head.outputs.as_ref());
         let way_m = head.map_or(0.0, |outputs| outputs.status.here.odometer.0);
         let Order::Explore(course) = task else { return task };
-        let is_deep = self.scenario.depth_m.is_some_and(|deep| way_m >= deep);
+        let from_base_m = way_m + self.scenario.drones.row_m();
+        let is_deep = self.scenario.depth_m.is_some_and(|deep| from_base_m >= deep);
         let stops = is_deep && course.speed > MetresPerSecond::ZERO;
         Order::Explore(Course {
             speed: if stops { MetresPerSecond::ZERO } else { course.speed },

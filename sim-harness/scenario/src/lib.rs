@@ -136,7 +136,8 @@ pub struct Scenario {
     pub policy: String,
     /// The operator's orders, in order of time.
     pub pilot: Vec<PilotStep>,
-    /// How far from the base the pilot lets the head fly, m of its odometer.
+    /// How far from the base the pilot lets the head fly, m: the [row](Drones::row_m) and the head's
+    /// odometer, which counts from where it takes off.
     pub depth_m: Option<f32>,
     /// The drones that are lost, in order of time.
     pub losses: Vec<Loss>,

@@ -50,7 +50,12 @@ pub(super) fn fly(plan: &Plan<'_>, oracle: &Oracle, seed: u64) -> Flight {
         mission.round();
         observer.look(&mission);
         hold.look(&mission);
-        if pilot.steer(&mut mission) {
+        let explored = pilot.ended.is_none();
+        let is_over = pilot.steer(&mut mission);
+        if explored && pilot.ended.is_some() {
+            observer.end_exploration(mission.time_us(), pilot.holds_us());
+        }
+        if is_over {
             break;
         }
     }
@@ -155,7 +160,7 @@ impl Flight {
         let mut json = self.flown.json();
         json["linked"] = json!(self.is_linked);
         json["cause"] = json!(self.cause());
-        json["ended"] = json!(self.ended.map(|(why, _)| why.short()));
+        json["ended"] = json!(self.ended.map(|(why, _)| why.name()));
         json["ended_s"] = json!(self.ended.map(|(_, at)| f64::from(at)));
         json
     }

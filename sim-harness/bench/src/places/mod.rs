@@ -23,7 +23,7 @@ mod table;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use input::InputError;
@@ -37,8 +37,6 @@ use row::{Row, Totals};
 use scenario::{DEPTHS, Fidelity};
 use terminal::{FidelityArg, runs};
 
-/// The folder of places that is looked into where none is named.
-const DATA: &str = "../shared/data";
 /// Missions of a row where the command line does not say.
 const fn default_runs(fidelity: Fidelity) -> usize {
     if matches!(fidelity, Fidelity::Point) { 10 } else { 2 }
@@ -47,10 +45,9 @@ const fn default_runs(fidelity: Fidelity) -> usize {
 /// The arguments of the benchmark.
 #[derive(Args)]
 pub(crate) struct PlacesBench {
-    /// The folder whose caves, maps and worlds are flown, with all folders below it; where left out,
-    /// ../shared/data
+    /// The folder whose caves, maps and worlds are flown, with all folders below it
     #[arg(long, value_name = "DIR")]
-    data: Option<PathBuf>,
+    data: PathBuf,
     /// How far from the base the head is to come, m of way, each in missions of its own
     #[arg(long, value_name = "METRES", value_delimiter = ',', default_value = "20,40,60,100")]
     #[arg(allow_negative_numbers = true)]
@@ -76,8 +73,7 @@ impl Benchmark for PlacesBench {
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
         let fidelity = self.fidelity.map_or(Ok(Fidelity::Point), FidelityArg::of_the_host)?;
         let runs = runs(self.runs.unwrap_or(default_runs(fidelity)))?;
-        let data = self.data.as_deref().unwrap_or(Path::new(DATA));
-        let sites = site::all(&found::places(data)?);
+        let sites = site::all(&found::places(&self.data)?);
         let depths = self.depths()?;
         let targets: Vec<Target<'_>> = sites
             .par_iter()
@@ -103,8 +99,10 @@ impl Benchmark for PlacesBench {
             .map(|(target, flights)| Row::of(target, fidelity, flights.iter().flatten().cloned()))
             .collect();
         if let Some(folder) = &mut session.folder {
-            for (name, text) in rows.iter().flat_map(Row::failed) {
-                folder.put_text(&name, text)?;
+            for (row, stem) in rows.iter().zip(row::stems(&rows)) {
+                for (seed, text) in row.failed() {
+                    folder.put_text(&format!("{stem}-seed-{seed}.toml"), text)?;
+                }
             }
         }
         let broken: Vec<String> = sites.iter().flat_map(|site| site.broken.clone()).collect();

@@ -19,7 +19,7 @@ const DOWN_S: f32 = 2.0;
 /// Why the pilot ended the exploration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Why {
-    /// By its odometer the head is as deep as was asked for.
+    /// By its odometer, and where it took off, the head is as deep as was asked for.
     There,
     /// The head has not come on.
     Stood,
@@ -30,6 +30,16 @@ pub(super) enum Why {
 }
 
 impl Why {
+    /// The name in a mission's JSON.
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::There => "there",
+            Self::Stood => "stood",
+            Self::Battery => "battery",
+            Self::Time => "time",
+        }
+    }
+
     /// The cause of a head that came short of its depth.
     pub(super) const fn short(self) -> &'static str {
         match self {
@@ -56,6 +66,8 @@ enum Phase {
 pub(super) struct Pilot<'a> {
     scenario: &'a Scenario,
     depth_m: f32,
+    /// When there is no more time for the exploration, s.
+    ends_s: f32,
     phase: Phase,
     /// Why the exploration ended, and when it did, s.
     pub(super) ended: Option<(Why, f32)>,
@@ -82,7 +94,15 @@ fn comes_s(scenario: &Scenario, way_m: f32) -> f32 {
 impl<'a> Pilot<'a> {
     pub(super) fn of(scenario: &'a Scenario) -> Self {
         let depth_m = scenario.depth_m.unwrap_or(f32::INFINITY);
-        Self { scenario, depth_m, phase: Phase::Out { best_m: 0.0, since_s: 0.0 }, ended: None }
+        let ends_s = scenario.hold().map_or(f32::INFINITY, |hold| 1e-6 * hold.from_us as f32);
+        let phase = Phase::Out { best_m: 0.0, since_s: 0.0 };
+        Self { scenario, depth_m, ends_s, phase, ended: None }
+    }
+
+    /// For how long it holds the head after the exploration, µs.
+    pub(super) fn holds_us(&self) -> u64 {
+        let holds = matches!(self.phase, Phase::Holds { .. });
+        if holds { (1e6 * HOLDS_S) as u64 } else { 0 }
     }
 
     /// Looks at the mission between two rounds and steers it; says whether the mission is over.
@@ -108,19 +128,19 @@ impl<'a> Pilot<'a> {
 
     fn out(&mut self, mission: &mut Mission<'_>, now_s: f32, best_m: f32, since_s: f32) {
         let told = mission.told(usize::from(NodeId::HEAD.0));
-        let way_m = told.map_or(0.0, |told| told.telemetry.odometer.0);
+        let odometer_m = told.map_or(0.0, |told| told.telemetry.odometer.0);
+        let way_m = self.scenario.drones.row_m() + odometer_m;
         let (best_m, since_s) =
             if way_m > best_m + ON_M { (way_m, now_s) } else { (best_m, since_s) };
         self.phase = Phase::Out { best_m, since_s };
         let patience_s = comes_s(self.scenario, best_m) + PATIENCE_S;
-        let is_late = !matches!(mission.task(), Order::Explore(_)) && best_m > 0.0;
         let why = if mission.is_recalled() {
             Why::Battery
         } else if way_m >= self.depth_m {
             Why::There
         } else if now_s - since_s > patience_s {
             Why::Stood
-        } else if is_late {
+        } else if now_s >= self.ends_s {
             Why::Time
         } else {
             return;

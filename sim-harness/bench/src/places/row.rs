@@ -1,6 +1,6 @@
 //! The missions to one depth of a route as a row, and the sums of all rows.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use scenario::Fidelity;
 use serde_json::{Value, json};
@@ -65,16 +65,17 @@ impl Row {
         self.refused.clone().unwrap_or_else(|| told(&causes(self.flights.iter())))
     }
 
-    /// The scenarios of its missions that are not good, by the names of their files.
-    pub(super) fn failed(&self) -> impl Iterator<Item = (String, &str)> {
-        let plain = |text: &str| text.replace(|it: char| !it.is_ascii_alphanumeric(), "-");
-        let (place, from) = (plain(&self.place), plain(&self.from));
-        let depth = self.depth_m.unwrap_or(0.0);
+    /// The scenarios of its missions that are not good, with their seeds.
+    pub(super) fn failed(&self) -> impl Iterator<Item = (u64, &str)> {
         let failed = self.flights.iter().filter(|flight| !flight.is_good());
-        failed.map(move |flight| {
-            let seed = flight.flown.seed;
-            (format!("{place}-from-{from}-{depth}-seed-{seed}.toml"), &*flight.file)
-        })
+        failed.map(|flight| (flight.flown.seed, &*flight.file))
+    }
+
+    /// The beginning of the names of its missions' files, in letters and digits.
+    fn stem(&self) -> String {
+        let plain = |text: &str| text.replace(|it: char| !it.is_alphanumeric(), "-");
+        let (place, from) = (plain(&self.place), plain(&self.from));
+        format!("{place}-from-{from}-{}", self.depth_m.unwrap_or(0.0))
     }
 
     /// The row as one JSON object.
@@ -112,6 +113,18 @@ impl Row {
         };
         self.flights.iter().map(mission).collect()
     }
+}
+
+/// The beginnings of the names of the rows' files: no two are the same, also where case does not count.
+pub(super) fn stems(rows: &[Row]) -> Vec<String> {
+    let mut taken = BTreeSet::new();
+    let mut unique = |row: &Row| {
+        let stem = row.stem();
+        let numbered = (2..).map(|n| format!("{stem}-{n}"));
+        let mut free = std::iter::once(stem.clone()).chain(numbered);
+        free.find(|name| taken.insert(name.to_lowercase())).unwrap_or_else(|| stem.clone())
+    };
+    rows.iter().map(&mut unique).collect()
 }
 
 /// The mean with four digits behind the point; `None` of nothing.

@@ -4,8 +4,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use measure::oracle::{Commanded, Oracle};
+use mission::Mission;
+
 use super::*;
+use crate::Entry;
+use crate::chain::drawn::flown::{Case, Cause, Observer};
 use crate::places::found::places;
+use crate::places::pilot::{HOLDS_S, Pilot, Why};
+use scenario::Scenario;
 
 /// A gallery with an entrance at its end, of which a part is in another file.
 const CAVE: &str = "1 2 12 90 0\n*include part\n*entrance 1\n";
@@ -54,14 +61,15 @@ fn small(name: &str) -> PathBuf {
     folder
 }
 
+impl PlacesBench {
+    /// Two missions to each depth in the places of a folder.
+    fn small(data: PathBuf, depths: &[f32]) -> Self {
+        Self { data, depths: depths.to_vec(), runs: Some(2), fidelity: None, each: false }
+    }
+}
+
 fn bench(data: PathBuf, depths: &[f32]) -> Outcome {
-    let bench = PlacesBench {
-        data: Some(data),
-        depths: depths.to_vec(),
-        runs: Some(2),
-        fidelity: None,
-        each: false,
-    };
+    let bench = PlacesBench::small(data, depths);
     bench.run(&mut Session::new("places", 7, true, None)).unwrap()
 }
 
@@ -82,13 +90,7 @@ fn a_folder_without_places_gets_one_line() {
         let error = places(&data).unwrap_err().to_string();
         assert!(error.contains(words) && error.lines().count() == 1, "{error}");
     }
-    let wrong = PlacesBench {
-        data: None,
-        depths: vec![20.0, -1.0],
-        runs: None,
-        fidelity: None,
-        each: false,
-    };
+    let wrong = PlacesBench::small(PathBuf::new(), &[20.0, -1.0]);
     let error = wrong.depths().unwrap_err().to_string();
     assert_eq!(error, "--depths -1 is out of range; give numbers from 1 to 300");
 }
@@ -152,4 +154,124 @@ fn the_head_follows_the_route_of_a_world_at_its_crossing() {
     let outcome = bench(data, &[60.0]);
     let row = &outcome.json["rows"][0];
     assert_eq!((&row["runs"], &row["arrived"]), (&json!(2), &json!(2)), "{row}");
+}
+
+/// A straight gallery of 60 m into which the pilot sends a head for 150 s, and asks for 50 m.
+fn straight() -> Scenario {
+    let text = "title = \"\"\nduration_s = 400\ndepth_m = 50\n[tunnel]\nwidth_m = 1.2\n\
+                centre_line_m = [[0, 0], [60, 0]]\n[drones]\nrelays = 2\n\
+                [[pilot]]\nat_s = 2\norder = \"explore\"\nspeed_mps = 0.2\n\
+                [[pilot]]\nat_s = 150\norder = \"explore\"\nspeed_mps = 0\n\
+                [[pilot]]\nat_s = 190\norder = \"return\"\n";
+    Scenario::of_text(Path::new("straight.toml"), text).unwrap()
+}
+
+#[test]
+fn a_head_is_short_when_its_pilot_ends_the_exploration_however_far_it_comes_later() {
+    let scenario = straight();
+    let world = scenario.world();
+    let commanded = Commanded::along_main(&world);
+    let oracle = Oracle::of(&scenario, &world, &commanded, 7);
+    let case = Case {
+        seed: 7,
+        scenario: &scenario,
+        world: &world,
+        commanded: &commanded,
+        oracle: &oracle,
+    };
+    let mut mission = Mission::new(&scenario, &world, 7);
+    let mut observer = Observer::of(case, "chain");
+    let mut went_on = 0.0_f32;
+    while !mission.is_over() {
+        mission.round();
+        observer.look(&mission);
+        if mission.time_us() == 40_000_000 {
+            observer.end_exploration(mission.time_us(), 0);
+        }
+        went_on = went_on.max(mission.ways().next().unwrap());
+    }
+    let flown = observer.flown(&mission);
+    assert!(went_on > 12.0 && flown.depth_m < 9.0, "{} of {went_on}", flown.depth_m);
+    let short = flown.wrong.iter().find(|(_, cause)| *cause == Cause::Short).unwrap();
+    assert!((short.0 - 40.0).abs() < 0.01, "{short:?}");
+}
+
+#[test]
+fn a_pilot_without_more_time_holds_the_head_once_and_goes_home() {
+    let mut scenario = straight();
+    scenario.pilot[1].at_us = 20_000_000;
+    scenario.pilot[2].at_us = 60_000_000;
+    let world = scenario.world();
+    let mut mission = Mission::new(&scenario, &world, 7);
+    let mut pilot = Pilot::of(&scenario);
+    while !mission.is_over() {
+        mission.round();
+        if pilot.steer(&mut mission) {
+            break;
+        }
+    }
+    let (why, at_s) = pilot.ended.unwrap();
+    assert_eq!(why, Why::Time);
+    assert!((20.0..20.5).contains(&at_s), "{at_s}");
+    let home = mission.pilot().last().unwrap();
+    let home_s = home.at_us as f32 * 1e-6;
+    assert_eq!(home.task, units::Order::Return);
+    assert!((home_s - at_s - HOLDS_S).abs() < 0.5, "{home_s}");
+}
+
+/// The odometer counts from where the head takes off, 1.05 m in.
+#[test]
+fn the_pilot_stops_the_head_at_the_depth_from_the_base() {
+    let mut scenario = straight();
+    scenario.depth_m = Some(12.0);
+    let world = scenario.world();
+    let mut mission = Mission::new(&scenario, &world, 7);
+    let mut pilot = Pilot::of(&scenario);
+    while pilot.ended.is_none() && !mission.is_over() {
+        mission.round();
+        pilot.steer(&mut mission);
+    }
+    assert_eq!(pilot.ended.map(|(why, _)| why), Some(Why::There));
+    let head_m = mission.ways().next().unwrap();
+    assert!((head_m - 12.0).abs() < 0.5, "{head_m}");
+}
+
+#[test]
+fn a_mission_tells_why_its_pilot_ended_the_exploration() {
+    let mut told = PlacesBench::small(small("ended"), &[12.0]);
+    told.each = true;
+    let outcome = told.run(&mut Session::new("places", 7, true, None)).unwrap();
+    let missions = outcome.json["missions"].as_array().unwrap();
+    assert!(missions.iter().all(|mission| mission["ended"] == "there"), "{missions:?}");
+    assert!(!missions.is_empty());
+}
+
+#[test]
+fn no_two_rows_share_the_name_of_a_file() {
+    let row = |place: &str| Row {
+        place: place.to_owned(),
+        from: "1".to_owned(),
+        depth_m: Some(20.0),
+        relays: None,
+        fidelity: Fidelity::Point,
+        flights: Vec::new(),
+        refused: None,
+    };
+    let rows = ["ä.svx", "ö.svx", "a/b.svx", "a-b.svx", "A-B.svx"].map(row);
+    let expected = [
+        "ä-svx-from-1-20",
+        "ö-svx-from-1-20",
+        "a-b-svx-from-1-20",
+        "a-b-svx-from-1-20-2",
+        "A-B-svx-from-1-20-3",
+    ];
+    assert_eq!(row::stems(&rows), expected);
+}
+
+#[test]
+fn a_folder_has_to_be_named() {
+    let command = Entry::of::<PlacesBench>().command();
+    let error = command.try_get_matches_from(["places"]).unwrap_err();
+    assert!(error.to_string().contains("--data <DIR>"), "{error}");
+    assert_eq!(error.exit_code(), 2);
 }

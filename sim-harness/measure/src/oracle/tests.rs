@@ -20,7 +20,7 @@ const STRAIGHT: Case<'_> =
 const ANGLE: Case<'_> = Case { line: "[0, 0], [10, 0], [10, 30]", ..STRAIGHT };
 
 impl Case<'_> {
-    fn oracle(&self) -> Oracle {
+    fn scenario(&self) -> Scenario {
         let Self { line, radio, relays, limit, speed, until_s } = self;
         let (ends, retreat) = (until_s + 60, limit - 6.0);
         let text = format!(
@@ -30,7 +30,11 @@ impl Case<'_> {
              [[pilot]]\nat_s = 2\norder = \"explore\"\nspeed_mps = {speed}\n\
              [[pilot]]\nat_s = {until_s}\norder = \"return\"\n"
         );
-        let scenario = Scenario::of_text(File::new("case.toml"), &text).unwrap();
+        Scenario::of_text(File::new("case.toml"), &text).unwrap()
+    }
+
+    fn oracle(&self) -> Oracle {
+        let scenario = self.scenario();
         let world = scenario.world();
         Oracle::of(&scenario, &world, &Commanded::along_main(&world), 1)
     }
@@ -105,4 +109,26 @@ fn more_relays_and_a_lower_limit_never_get_less_far_or_there_later() {
         let at = limits[0].depth_m;
         assert!(limits.is_sorted_by(|a, b| a.time_to(at) >= b.time_to(at)), "{radio}");
     }
+}
+
+/// A head turns back when its battery has left one and a half times the way home, at 0.2 m/s, and the
+/// reserve of 20 s. One that is up at 4.5 s after a take-off of 2.5 s, and flies from 1.05 m on at 0.4 m/s,
+/// has 100 s after its take-off: 102 s - t = 1.5 · x / 0.2 + 20 s with x = 1.05 + 0.4 (t - 4.5).
+#[test]
+fn a_battery_turns_the_head_back_with_what_carries_it_home() {
+    let scenario = STRAIGHT.scenario();
+    let world = scenario.world();
+    let flight = &scenario.agent.flight;
+    assert_eq!((flight.return_speed.0, flight.rise_s()), (0.2, 2.5));
+    let within = |endurance_s| {
+        let commanded = Commanded { endurance_s, ..Commanded::along_main(&world) };
+        Oracle::of(&scenario, &world, &commanded, 1)
+    };
+    let turned = within(Some(100.0));
+    let after_s = (102.0 - 4.5 - 20.0 - 1.5 * 1.05 / 0.2) / (1.0 + 1.5 * 0.4 / 0.2);
+    let at_m = 1.05 + 0.4 * after_s;
+    assert!((turned.depth_m - at_m).abs() <= 0.2, "{turned:?} for {at_m}");
+    assert_eq!(turned.ended, Ended::Pilot);
+    assert!((within(None).depth_m - 30.0).abs() <= 0.2, "without a battery the relays end it");
+    assert_eq!(within(Some(1000.0)).ended, Ended::Relays);
 }

@@ -31,6 +31,16 @@ impl Drones {
         self.explorers + self.relays
     }
 
+    /// How far from the base the head takes off, m: at the far end of the row in which the drones stand
+    /// at the mouth. 0 where they begin in the air.
+    #[must_use]
+    pub fn row_m(&self) -> f32 {
+        match self.start {
+            Start::Mouth => Start::SPACING * self.flying() as f32,
+            Start::Random { .. } | Start::Placed(_) => 0.0,
+        }
+    }
+
     /// How many members the mission has, base included.
     #[must_use]
     pub const fn members(&self) -> usize {

@@ -12,7 +12,7 @@ use crate::chain::Contender;
 use crate::chain::drawn::drawing::Drawn;
 use measure::oracle::{Commanded, Oracle};
 use mission::{Gains, Linked, Mission, ROUND_US};
-use scenario::{Scenario, Start};
+use scenario::{Scenario, Start, Stretch};
 
 /// A link is weaker than the limit when it is so by more than this, dB.
 const VIOLATION: f32 = 0.5;
@@ -116,6 +116,14 @@ impl<'a> Observer<'a> {
         if !self.wrong.iter().any(|(_, known)| *known == cause) {
             self.wrong.push((at, cause));
         }
+    }
+
+    /// Ends the exploration now, before the scenario's own hold: the pilot lets the head hover for so
+    /// long. What comes later does not count as its depth.
+    pub(crate) fn end_exploration(&mut self, now_us: u64, holds_us: u64) {
+        self.explored_s = self.explored_s.min(seconds(now_us));
+        let hold = Stretch { from_us: now_us, until_us: now_us + holds_us };
+        self.rest = Rest::of(Some(hold), self.case.scenario.drones.members());
     }
 
     /// Takes in one round.
