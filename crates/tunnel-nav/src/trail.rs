@@ -53,7 +53,7 @@ const FOLLOW: f32 = 0.05;
 /// position in each round.
 const PULL: f32 = 0.2;
 /// The part of the distance from the path that is taken for drift of the position in each round,
-/// walls or not, but for a drone on its way home: 3 mm/s of drift stay below 3 cm.
+/// walls or not: 3 mm/s of drift stay below 3 cm.
 const LEAK: f32 = 0.02;
 /// The drone has left the path where it is farther than this beside it, m.
 const LEFT: f32 = 0.4;
@@ -222,8 +222,7 @@ impl Trail {
         let bounded = |way: f32| if way.is_finite() { way.clamp(-FARTHEST, FARTHEST) } else { 0.0 };
         self.at = plus(plus(self.at, ahead, bounded(moved[0])), left, bounded(moved[1]));
         self.locate();
-        // On the way home the drone may fly beside its path where walls are far, and has to know it.
-        if self.is_beside() && flies != Flies::Home {
+        if self.is_beside() {
             self.at = plus(self.at, minus(self.foot(), self.at), LEAK);
         }
         if self.is_between() {

@@ -91,8 +91,9 @@ mod tests {
 
     #[test]
     fn a_pilot_who_chooses_and_a_mission_without_a_route_have_no_guide() {
-        let text = "title = \"\"\nduration_s = 60\n[tunnel]\ncentre_line_m = [[0, 0], [30, 0]]\n\
-                    [drones]\nrelays = 1\n";
+        let text = "title = \"\"\nduration_s = 60\n[tunnel]\nwidth_m = 1.2\n\
+                    centre_line_m = [[0, 0], [30, 0]]\n[drones]\nrelays = 1\n\
+                    [[pilot]]\nat_s = 2\norder = \"explore\"\nspeed_mps = 0.2\n";
         let scenario = Scenario::of_text(Path::new("case.toml"), text).unwrap();
         assert_eq!(Guide::of(&scenario, &scenario.world()), Guide::default());
     }

@@ -47,7 +47,7 @@ fn a_drone_that_comes_back_by_any_motion_finds_its_headings() {
 fn a_drone_on_its_way_home_keeps_its_path_beside_it_and_points_its_tail_to_it() {
     let mut trail = right_angle(3);
     let heading = Radians(core::f32::consts::FRAC_PI_2);
-    for (rounds, moved) in [(20, [-0.05, 0.0]), (15, [0.0, 0.1]), (10, [-0.05, 0.0])] {
+    for (rounds, moved) in [(20, [-0.05, 0.0]), (20, [0.0, 0.1]), (10, [-0.05, 0.0])] {
         for _ in 0..rounds {
             trail.advance(moved, heading, Flies::Home);
         }
@@ -58,20 +58,6 @@ fn a_drone_on_its_way_home_keeps_its_path_beside_it_and_points_its_tail_to_it() 
     // One that flies tail first for another reason has left it.
     trail.advance([-0.05, 0.0], heading, Flies::TailFirst);
     assert!(!trail.knows(-1.0) && trail.pursues().is_none());
-}
-
-/// In a hall where no wall keeps it, a drone flew a metre beside its path for 20 s; its place crept onto
-/// the path meanwhile, and nothing led it back there.
-#[test]
-fn a_drone_that_flies_home_beside_its_path_knows_it() {
-    let mut trail = right_angle(12);
-    let heading = Radians(core::f32::consts::FRAC_PI_2);
-    for (rounds, moved) in [(40, [-0.05, 0.0]), (10, [0.0, 0.1]), (100, [-0.04, 0.0])] {
-        for _ in 0..rounds {
-            trail.advance(moved, heading, Flies::Home);
-        }
-    }
-    assert!((trail.aside() - 1.0).abs() < 0.05, "{}", trail.aside());
 }
 
 #[test]
