@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, ScopedJoinHandle};
 use std::time::Duration;
 
 use arrow_array::{
@@ -11,6 +12,7 @@ use arrow_array::{
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use rayon::ThreadBuilder;
 use sim_harness::measure::campaign::grid::{self, Axis};
 use sim_harness::measure::campaign::{CHUNK, COLUMNS, Cell, Column, Kind, Place, Row};
 use sim_harness::mission::with_called_law;
@@ -95,25 +97,35 @@ pub(crate) fn on_threads<T: Send>(
     raised: &Raised,
     work: impl FnOnce(&AtomicBool) -> PyResult<T> + Send,
 ) -> PyResult<T> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
     let stop = AtomicBool::new(false);
-    let done = std::thread::scope(|scope| {
-        let working = scope.spawn(|| pool.install(|| work(&stop)));
-        let mut interrupt = Ok(());
-        while !working.is_finished() {
-            py.detach(|| std::thread::sleep(NAP));
-            interrupt = interrupt.and_then(|()| py.check_signals());
-            if interrupt.is_err() || raised.is_set() {
-                stop.store(true, Ordering::Relaxed);
-            }
-        }
-        let done = working.join();
-        interrupt?;
-        done.map_err(|_| PyRuntimeError::new_err("a mission panicked: this is a defect"))?
+    // Each thread stays known to Python: to be made known for each call would take longer than the call.
+    let known = |thread: ThreadBuilder| Python::attach(|py| py.detach(|| thread.run()));
+    let done = py.detach(|| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build_scoped(known, |pool| {
+            thread::scope(|scope| {
+                let working = scope.spawn(|| pool.install(|| work(&stop)));
+                let interrupt = wait(&working, raised, &stop);
+                let done = working.join();
+                interrupt?;
+                done.map_err(|_| PyRuntimeError::new_err("a mission panicked: this is a defect"))?
+            })
+        })
     });
     raised.take()?;
-    done
+    done.map_err(|error| PyRuntimeError::new_err(error.to_string()))?
+}
+
+/// Waits until the work is done; sets the flag at an interrupt, which is returned, and after an error.
+fn wait<T>(working: &ScopedJoinHandle<'_, T>, raised: &Raised, stop: &AtomicBool) -> PyResult<()> {
+    let mut interrupt = Ok(());
+    while !working.is_finished() {
+        thread::sleep(NAP);
+        interrupt = interrupt.and_then(|()| Python::attach(|py| py.check_signals()));
+        if interrupt.is_err() || raised.is_set() {
+            stop.store(true, Ordering::Relaxed);
+        }
+    }
+    interrupt
 }
 
 /// The table of a campaign while its rows come, piece by piece, so that they need not wait in memory as

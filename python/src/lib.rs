@@ -6,6 +6,7 @@ mod campaign;
 mod command;
 mod compare;
 mod keys;
+mod limit;
 mod mission;
 mod policy;
 mod radio_law;

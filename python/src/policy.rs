@@ -12,6 +12,7 @@ use sim_harness::mission::Law;
 use units::{Db, Dbm, MetresPerSecond};
 
 use crate::called::Called;
+use crate::limit::Limit;
 
 /// A built-in movement policy as a function.
 #[pyclass(frozen, module = "uchain")]
@@ -73,7 +74,7 @@ impl Raised {
 pub(crate) struct Laws {
     policy: Py<PyAny>,
     is_class: bool,
-    timeout_s: f64,
+    limit: Arc<Limit>,
     /// The callables with their clocks that no mission uses now: each thread needs one of its own.
     idle: Idle,
     raised: Raised,
@@ -108,10 +109,7 @@ impl Laws {
         raised: Raised,
     ) -> PyResult<Self> {
         let is_class = policy.bind(py).is_instance_of::<PyType>();
-        // Says at once where the limit is none.
-        let first = Called::new(py, "policy", policy.clone_ref(py), timeout_s)?;
-        let idle = Arc::new(Mutex::new(if is_class { Vec::new() } else { vec![first] }));
-        Ok(Self { policy, is_class, timeout_s, idle, raised })
+        Ok(Self { policy, is_class, limit: Limit::new(timeout_s)?, idle: Idle::default(), raised })
     }
 
     /// What the callable has raised.
@@ -158,7 +156,7 @@ impl Laws {
                     })?,
                     false => self.policy.clone_ref(py),
                 };
-                Called::new(py, "policy", policy, self.timeout_s)
+                PyResult::Ok(Called::new("policy", policy, &self.limit))
             });
             made.map_err(|error| self.raised.set(error)).ok()
         });

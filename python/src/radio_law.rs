@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 use crate::called::Called;
+use crate::limit::Limit;
 
 /// The losses by a callable at these distances, with a row for each number of walls from none on.
 #[pyfunction]
@@ -13,7 +14,7 @@ pub(crate) fn tabulate(
     rows: u32,
     timeout_s: f64,
 ) -> PyResult<Vec<Vec<f32>>> {
-    let called = Called::new(py, "radio law", law, timeout_s)?;
+    let called = Called::new("radio law", law, &Limit::new(timeout_s)?);
     let row = |walls: u32| {
         let loss = |distance: &f64| {
             let of = || format!("{distance} m and {walls} walls");

@@ -1,6 +1,8 @@
 """Campaigns into folders: the tables that others read, and what cannot be written."""
 
 import errno
+import json
+import math
 import os
 import signal
 import subprocess
@@ -63,6 +65,24 @@ def test_duckdb_reads_the_runs(folder):
     )
     rows = duckdb.execute(query, [str(folder / "runs.parquet")]).fetchall()
     assert rows == [("k-tuned", 12, 24), ("t5", 12, 24)]
+
+
+def test_the_summary_is_that_of_the_rows(tmp_path, short):
+    """Means with their intervals, and a median by rank, reckoned anew from all rows."""
+    out = tmp_path / "out"
+    uchain.campaign(short, 300, out=out, duration_s=10)
+    metrics = json.loads((out / "summary.json").read_text())["metrics"]
+    rows = uchain.read(out)
+    count = len(rows)
+    for name in ("farthest_m", "peak_excess_db", "cruise_gap_db"):
+        values = rows[name]
+        mean = math.fsum(values) / count
+        squares = math.fsum((value - mean) ** 2 for value in values)
+        half = 1.96 * math.sqrt(squares / (count - 1) / count)
+        told = [metrics[name][key] for key in ("value", "low", "high")]
+        assert told == pytest.approx([mean, mean - half, mean + half], rel=1e-12), name
+    times = sorted(rows["t_farthest_s"])
+    assert metrics["t_farthest_median_s"]["value"] == times[round((count - 1) * 0.5)]
 
 
 def test_the_command_comes_along(folder):

@@ -169,3 +169,56 @@ def test_wrong_comparisons_are_one_line(tmp_path):
 def test_the_policy_is_varied_by_one_of_its_names():
     with pytest.raises(ValueError, match="give one of them"):
         uchain.campaign("straight", 1, vary={"policy": ["t5"], "policy.name": ["chain"]})
+
+
+def busy(seconds):
+    """Spend so much time of this thread's processor in Python."""
+    until = time.thread_time() + seconds
+    while time.thread_time() < until:
+        pass
+
+
+def test_waits_for_other_missions_calls_are_not_a_call_s_own_time():
+    """Of eight missions that call at once each call waits for seven others, longer than its limit."""
+    waited = []
+
+    class Slow:
+        """Its first call takes a while."""
+
+        def __init__(self):
+            self.takes_s = 0.15
+
+        def __call__(self, *_):
+            began = time.perf_counter()
+            busy(self.takes_s)
+            self.takes_s = 0.0
+            waited.append(time.perf_counter() - began)
+            return 0.0
+
+    uchain.campaign("relay-pair", 8, policy=Slow, threads=8, duration_s=4, timeout_s=0.5)
+    assert max(waited) > 0.6
+
+
+def test_a_call_that_goes_on_after_its_interruption_is_interrupted_again():
+    told = []
+
+    def policy(*_):
+        while len(told) < 2:
+            try:
+                while True:
+                    pass
+            except TimeoutError as error:
+                told.append(error)
+        return 0.0
+
+    with pytest.raises(TimeoutError, match="took longer than 0.1 s"):
+        uchain.run("relay-pair", policy=policy, timeout_s=0.1)
+    assert len(told) == 2
+
+
+def test_a_call_within_its_limit_is_not_interrupted_by_the_one_before():
+    """Calls that end just at their limit leave no error behind."""
+    for _ in range(20):
+        with pytest.raises(TimeoutError, match="took longer than 0.02 s"):
+            uchain.run("relay-pair", policy=lambda *_: busy(0.03) or 0.0, timeout_s=0.02)
+        busy(0.01)

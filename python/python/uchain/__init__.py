@@ -187,8 +187,8 @@ def campaign(
         at a time runs Python. A policy that remembers something is given as its class, of which an
         object is made for each mission. With a callable, ``out`` and ``on`` are left out. When a call
         fails, no further mission begins, and the error comes out with a note of the seed.
-    :param timeout_s: the longest time of a call of the policy, in seconds. The time counts the waits for
-        other threads' calls; with many threads give a longer ``timeout_s``.
+    :param timeout_s: the longest time of a call of the policy, in seconds. The time in which calls of
+        several missions are under way is shared among them, so that waits for others do not count.
     :param on: where it is flown: on the ``"threads"`` of this machine, or ``"ray"``: as tasks of a
         cluster of Ray, one for each part. A part whose worker dies is flown again.
     :param out: the folder for the results, with the files of ``uchain campaign --out``; ``on="ray"``
@@ -264,8 +264,7 @@ def compare(
     :param seed: the first seed.
     :param fidelity: ``"point"`` or ``"flight"``.
     :param threads: as for :func:`campaign`.
-    :param timeout_s: the longest time of a call of a policy, in seconds. The time counts the waits for
-        other threads' calls; with many threads give a longer ``timeout_s``.
+    :param timeout_s: the longest time of a call of a policy, in seconds, as for :func:`campaign`.
     :returns: a table with a row for each scenario and policy, and a column for each figure that the
         benchmark has in one of the scenarios; null where it has it not in this one, infinite for a time
         that never came. With ``drawn``, a row for each policy, and for each figure its value and the
