@@ -204,6 +204,32 @@ mod tests {
         assert_eq!(read, json!({ "success": true }));
     }
 
+    /// What is not on the disk is in memory: no more than a buffer of each file waits there, however long
+    /// the mission is.
+    #[test]
+    fn frames_go_to_the_disk_while_the_mission_is_flown() {
+        const MOST_WAITING: u64 = 1 << 20;
+        let scratch = Scratch::new("streamed");
+        let out = scratch.path().join("out");
+        let mut folder = Folder::open(&out).unwrap();
+        let trace = mission(usize::MAX);
+        let mut files = TraceFiles::begin(&folder, &trace).unwrap();
+        // Several missions' frames are those of a long one.
+        for frame in (0..8).flat_map(|_| &trace.frames) {
+            files.frame(&folder, &trace, frame).unwrap();
+        }
+        let size = |path: PathBuf| fs::metadata(path).unwrap().len();
+        let staging = scratch.path().join(".out.unfinished-results");
+        let written = [CSV, MCAP].map(|name| size(staging.join(name)));
+        files.finish(&mut folder, &trace, &json!({})).unwrap();
+        folder.finish().unwrap();
+        for (name, written) in [CSV, MCAP].into_iter().zip(written) {
+            let whole = size(out.join(name));
+            assert!(whole > 3 * MOST_WAITING, "{name}: {whole} bytes say nothing");
+            assert!(written + MOST_WAITING > whole, "{name}: {written} of {whole} bytes");
+        }
+    }
+
     #[test]
     fn one_mission_makes_the_same_bytes_every_time() {
         let scratches = [Scratch::new("once"), Scratch::new("twice")];
