@@ -87,7 +87,8 @@ async fn the_page_writes_no_order_that_waited_in_it_in_chromium() {
 #[tokio::test]
 #[ignore = "needs chromium"]
 async fn the_page_gives_up_a_line_that_stalls_in_chromium() {
-    let stalls: [(&str, fn(&StallingProxy)); 2] =
+    type Stall = fn(&StallingProxy);
+    let stalls: [(&str, Stall); 2] =
         [("both ways", StallingProxy::freeze), ("upwards", StallingProxy::freeze_up)];
     for (way, stall) in stalls {
         let mut page = Behind::open("given-up").await;
