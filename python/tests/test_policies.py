@@ -186,7 +186,7 @@ def test_waits_for_other_missions_calls_are_not_a_call_s_own_time():
         """Its first call takes a while."""
 
         def __init__(self):
-            self.takes_s = 0.15
+            self.takes_s = 0.2
 
         def __call__(self, *_):
             began = time.perf_counter()
@@ -195,8 +195,8 @@ def test_waits_for_other_missions_calls_are_not_a_call_s_own_time():
             waited.append(time.perf_counter() - began)
             return 0.0
 
-    uchain.campaign("relay-pair", 8, policy=Slow, threads=8, duration_s=4, timeout_s=0.5)
-    assert max(waited) > 0.6
+    uchain.campaign("relay-pair", 8, policy=Slow, threads=8, duration_s=4, timeout_s=1.0)
+    assert max(waited) > 1.1
 
 
 def test_a_call_that_goes_on_after_its_interruption_is_interrupted_again():
@@ -220,5 +220,5 @@ def test_a_call_within_its_limit_is_not_interrupted_by_the_one_before():
     """Calls that end just at their limit leave no error behind."""
     for _ in range(20):
         with pytest.raises(TimeoutError, match="took longer than 0.02 s"):
-            uchain.run("relay-pair", policy=lambda *_: busy(0.03) or 0.0, timeout_s=0.02)
+            uchain.run("relay-pair", policy=lambda *_: busy(0.1) or 0.0, timeout_s=0.02)
         busy(0.01)

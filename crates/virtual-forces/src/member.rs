@@ -186,12 +186,14 @@ impl<const N: usize> Member<N> {
             Task::Cross { out: true, .. } | Task::Home => goals + 2,
             Task::Done => return DOWN,
         };
-        self.begun().saturating_add(reached)
+        self.begun().saturating_add(reached).min(DOWN - 1)
     }
 
     /// Says whether all for which the drone waits are as far in this part of the mission.
     pub(crate) fn ready(&self, reached: u16) -> bool {
-        self.team.all_reached(&self.config, self.begun().saturating_add(reached))
+        // As far as the others can tell it: no drone waits for more.
+        let reached = self.begun().saturating_add(reached).min(DOWN - 1);
+        self.team.all_reached(&self.config, reached)
     }
 
     /// Returns the goal of a drone that surveys and has reached so many: one of its own, or in a row of a

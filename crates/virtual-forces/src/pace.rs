@@ -14,7 +14,8 @@ use crate::{Obstacles, Passage, crossing};
 pub enum Pace {
     /// It goes ahead, but for so many rounds in which it got no farther.
     Ahead {
-        /// Rounds without progress; once they are more than [`crate::Config::hold`] they are counted no more.
+        /// Rounds without progress. Once they are more than [`crate::Config::hold`], progress does not begin
+        /// them anew.
         blocked: u16,
     },
     /// It goes back for so many more rounds, so that a drone beside it can go first.
@@ -49,9 +50,12 @@ impl<const N: usize> Member<N> {
         let are_out = self.ready(self.goals() + 2);
         let is_through = beyond > exit && are_out;
         match self.leg {
-            Leg::Back if beyond > self.error.0 => Task::Home,
+            Leg::Back if beyond > self.error.0 => {
+                self.still = 0;
+                Task::Home
+            }
             Leg::First if is_through && second.goals() > 0 => {
-                (self.leg, self.takeover) = (Leg::Second, Takeover::NONE);
+                (self.leg, self.takeover, self.still) = (Leg::Second, Takeover::NONE, 0);
                 Task::Survey { reached: 0, underway: true }
             }
             Leg::First if is_through => Task::Done,
@@ -128,10 +132,7 @@ mod tests {
     use crate::team::Heard;
     use crate::{Config, Plan, Survey};
 
-    /// Two drones on the sides of a pillar held each other there until their batteries were empty.
-    #[test]
-    fn a_drone_that_a_link_holds_in_the_passage_for_long_lets_go_of_it() {
-        let config = Config::OURS;
+    fn plan(config: &Config) -> Plan {
         let (corner, area) = (Point2::new(-9.75, -3.75), (Metres(9.0), Metres(7.5)));
         let passage = Passage {
             entrance: Point2::new(0.0, 0.0),
@@ -139,8 +140,29 @@ mod tests {
             way: Point2::new(1.0, 0.0),
             length: Metres(6.0),
         };
-        let surveys = [Survey::new(&config, corner, area, 2); 2];
-        let plan = Plan { drones: 2, surveys, passage };
+        Plan { drones: 2, surveys: [Survey::new(config, corner, area, 2); 2], passage }
+    }
+
+    /// A drone that had stood still before the passage for long took a place near its home for its home,
+    /// since it counted those rounds on.
+    #[test]
+    fn a_drone_that_was_held_up_before_the_passage_flies_all_the_way_home_behind_it() {
+        let config = Config::OURS;
+        let pace = Pace::Ahead { blocked: 0 };
+        let task = Task::Cross { out: false, pace };
+        let still = u16::MAX;
+        let mut drone = Member::<4> { task, still, ..Member::new(config, plan(&config), 0) };
+        drone.leg = Leg::Back;
+        let (start, here) = (Point2::new(6.9, 0.0), Point2::new(7.0, 0.0));
+        assert_eq!(drone.crossed(start, here, pace), Task::Home);
+        assert_eq!(drone.still, 0);
+    }
+
+    /// Two drones on the sides of a pillar held each other there until their batteries were empty.
+    #[test]
+    fn a_drone_that_a_link_holds_in_the_passage_for_long_lets_go_of_it() {
+        let config = Config::OURS;
+        let plan = plan(&config);
         let task = Task::Cross { out: false, pace: Pace::Ahead { blocked: 0 } };
         let mut drone = Member::<4> { task, ..Member::new(config, plan, 0) };
         let held = Point2::new(2.0, 0.0);

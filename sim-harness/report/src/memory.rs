@@ -1,6 +1,8 @@
 //! Bounds the memory that a mission's record and its report take, so that a mission for which there is
 //! too little is refused before it is flown. An allocation that fails ends a program at once.
 
+use std::hint::black_box;
+
 use input::InputError;
 use mission::ROUND_US;
 use mission::trace::MOST_FRAMES;
@@ -20,7 +22,9 @@ pub fn is_enough_for(scenario: &Scenario) -> Result<(), InputError> {
     let rounds = usize::try_from(scenario.duration_us / ROUND_US).unwrap_or(usize::MAX);
     let bytes = WHOLE + EACH * rounds.min(MOST_FRAMES) * scenario.drones.members();
     let mut room = Vec::<u8>::new();
-    room.try_reserve_exact(bytes).map_err(|_| {
+    // The room is looked at, so that no compiler leaves the reservation away.
+    let reserved = black_box(&mut room).try_reserve_exact(bytes);
+    reserved.map_err(|_| {
         InputError::new(
             format!(
                 "there is too little memory: this mission and its report take {} MiB",

@@ -30,6 +30,8 @@ fn mission(folder: &Path, relays: usize, seconds: usize) -> PathBuf {
 fn within(most: &str, args: &[&str], paths: [&Path; 2]) -> Output {
     let limited = "ulimit -d \"$1\" || exit 99; shift; exec \"$@\"";
     let mut command = Command::new("sh");
+    // The stacks of threads count, and each core has one.
+    command.env("RAYON_NUM_THREADS", "1");
     command.args(["-c", limited, "sh", most, env!("CARGO_BIN_EXE_uchain")]).args(args);
     command.arg(paths[0]).arg("--out").arg(paths[1]).output().unwrap()
 }
@@ -93,16 +95,17 @@ fn a_run_with_the_memory_that_it_asks_for_is_flown() {
 fn memory_that_ends_leaves_the_results_before_and_the_next_command_cleans_up() {
     let folder = folder("ended");
     let (file, out) = (mission(&folder, 1, 20), folder.join("out"));
-    let fly = |most| within(most, &["run", "--quiet"], [&file, &out]).status.code();
-    assert_eq!(fly("unlimited"), Some(0));
+    let mut fly = Command::new(env!("CARGO_BIN_EXE_uchain"));
+    fly.args(["run", "--quiet"]).arg(&file).arg("--out").arg(&out);
+    assert_eq!(fly.status().unwrap().code(), Some(0));
     let before = (names(&out), fs::read(out.join("summary.json")).unwrap());
     let ended = within("3000", &["campaign", "--runs", "4", "--quiet"], [&file, &out]);
     let complaint = String::from_utf8_lossy(&ended.stderr);
-    // The shell that becomes the command is ended by a signal, SIGABRT.
-    assert_eq!(ended.status.code(), None, "{complaint}");
+    // A command that gets no memory is ended by a signal, or by a library that panics.
+    assert!(!ended.status.success(), "{complaint}");
     assert!(names(&folder).iter().any(|name| name.contains(".unfinished-")), "it had begun");
     assert_eq!((names(&out), fs::read(out.join("summary.json")).unwrap()), before);
-    assert_eq!(fly("unlimited"), Some(0));
+    assert_eq!(fly.status().unwrap().code(), Some(0));
     let left = names(&folder)
         .into_iter()
         .filter(|name| !["mission.toml", "out", "out.rows"].contains(&&**name));

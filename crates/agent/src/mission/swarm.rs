@@ -85,6 +85,7 @@ impl Swarm {
             self.last = Some(pose.at);
             if round.phase == Phase::Waiting {
                 (self.home, self.member, self.charge) = (self.last, None, Charge::new());
+                (self.goal, self.drift) = (None, Drift::new());
             }
             let others = &self.news;
             let is_drone = |point| others.is_drone(round.now, point);
@@ -110,7 +111,7 @@ impl Swarm {
             return false;
         };
         let way = config.swarm.plan().way_home(here, home);
-        config.flight.carried_home(left) < way.0 / config.swarm.homeward.0
+        config.flight.carried_home(left) < way.0 / config.swarm.pace_home().0
     }
 
     /// The duty after a round of `duty`, or the landing that ends it.

@@ -68,6 +68,13 @@ impl SwarmConfig {
         patience: Duration::from_secs(10),
     };
 
+    /// The speed at which the way home is reckoned: [`homeward`](Self::homeward), and as much less as the
+    /// drones fly more slowly than by default.
+    #[must_use]
+    pub fn pace_home(&self) -> MetresPerSecond {
+        self.homeward * (self.speed.0 / Self::DEFAULT.speed.0).min(1.0)
+    }
+
     /// The largest error of a position with a standard deviation; that of none is twice the error of
     /// the worst that still counts.
     #[must_use]
@@ -97,5 +104,20 @@ impl SwarmConfig {
         let second = if self.both { self.area } else { (Metres::ZERO, Metres::ZERO) };
         let surveys = [survey(self.corner, self.area), survey(self.second_corner(), second)];
         Plan { drones: self.drones, surveys, passage: self.passage }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Drones of a scenario that are slow set out for home too late by the pace of usual ones.
+    #[test]
+    fn slow_drones_reckon_with_a_slower_way_home() {
+        let pace_at = |speed| {
+            SwarmConfig { speed: MetresPerSecond(speed), ..SwarmConfig::DEFAULT }.pace_home().0
+        };
+        assert!((pace_at(0.1) - 0.25 / 3.0).abs() < 1e-6);
+        assert_eq!([pace_at(0.3), pace_at(0.5)], [0.25; 2]);
     }
 }
