@@ -54,6 +54,7 @@ mod motion;
 mod odometry;
 mod renew;
 mod state;
+mod step_aside;
 
 pub use config::{AgentConfig, ConfigError, FlightConfig};
 pub use io::{BodyVelocity, Fitness, Inputs, LinkView, Located, Outputs, Status, Told};
@@ -66,7 +67,7 @@ pub use state::{LandReason, State};
 
 use ::chain::filter::LinkEstimate;
 use ::chain::report::Report;
-use tunnel_nav::{Guide, NavCommand, Navigator, Walls};
+use tunnel_nav::{Diagonals, Guide, NavCommand, Navigator, Walls};
 use units::{
     Duration, Instant, Metres, MetresPerSecond, MissionKind, NodeId, Order, Payload, Phase, Role,
     Setpoint,
@@ -296,7 +297,7 @@ impl Agent {
     fn outputs(&mut self, config: &AgentConfig, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let round = self.round(now);
         let [front, back] = self.mission.views();
-        let wish = self.wish(config, &round);
+        let wish = self.wish(config, &round, &inputs.ranges);
         let (setpoint, walls) = self.carry_out(wish, config, inputs);
         let PassedOn { links, sums, waiting, head_velocity, calls, is_uneven, signpost } =
             self.mission.passed_on(config, &round);
@@ -393,7 +394,7 @@ impl Agent {
     }
 
     /// The wish of the mission at its duties, and of the shell everywhere else.
-    fn wish(&mut self, config: &AgentConfig, round: &Round) -> Wish {
+    fn wish(&mut self, config: &AgentConfig, round: &Round, ranges: &Diagonals) -> Wish {
         let still = |height| Wish::Beside { command: NavCommand::STILL, height };
         // A drone of a chain keeps to the middle of the gallery. The others are led by places, and walls and
         // neighbours would push them off theirs.
@@ -409,8 +410,17 @@ impl Agent {
             }
             State::OnMission(duty) => self.mission.wish(config, round, duty),
             State::Landing { since, why } => {
-                let height = config.flight.descending(round.now.since(since));
+                let elapsed = round.now.since(since);
+                let height = config.flight.descending(elapsed);
                 match why {
+                    LandReason::Home | LandReason::LinkLost | LandReason::Retired
+                        if self.mission.kind() == MissionKind::Chain =>
+                    {
+                        let descends = round.now.since(since + step_aside::LASTS);
+                        let height = config.flight.descending(descends);
+                        let command = step_aside::command(self.id, elapsed, ranges);
+                        Wish::Beside { command, height }
+                    }
                     // A drone that has looked for its spot stays over it.
                     LandReason::Perched => still(height),
                     _ => hover(height),

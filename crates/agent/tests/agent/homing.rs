@@ -2,7 +2,7 @@
 //! lands on another.
 
 use agent::{LandReason, State};
-use units::{Metres, Order, Phase, Role};
+use units::{Metres, Order, Phase, Role, Setpoint};
 
 use super::rig::{BASE, CONFIG, EXPLORE, Rig, Scene, flown};
 
@@ -37,6 +37,14 @@ fn a_drone_that_is_called_home_and_hears_nothing_flies_home() {
         assert!(matches!(rig.state(), State::Landing { why: LandReason::Home, .. }));
         assert!(waits >= 90, "{waits} rounds");
         assert!(last.status.here.odometer > Metres(-0.1), "{}", last.status.here.odometer);
+        let Setpoint::Fly { lateral, height, .. } = last.setpoint else { panic!("{last:?}") };
+        // Both have even numbers.
+        assert_eq!((lateral.0, height), (0.2, CONFIG.flight.height), "it steps aside");
+        let last = rig.during(1.0, &homeward);
+        let Setpoint::Fly { lateral, height, .. } = last.setpoint else { panic!("{last:?}") };
+        assert_eq!((lateral.0, height), (0.0, CONFIG.flight.height), "and then descends");
+        let last = rig.during(1.2, &homeward);
+        assert!(flown(last.setpoint).is_none_or(|(_, height)| height < CONFIG.flight.height.0));
     }
 }
 
