@@ -23,7 +23,7 @@ pub(crate) const LASTS: Duration = Duration::from_millis(1600);
 
 /// The command of a drone that began to land this long ago.
 pub(crate) fn command(id: NodeId, elapsed: Duration, ranges: &Diagonals) -> NavCommand {
-    let is_left = id.0 % 2 == 0;
+    let is_left = id.0.is_multiple_of(2);
     let [front, back] = if is_left { [ranges.nw, ranges.sw] } else { [ranges.ne, ranges.se] };
     // The beams look out at 45 degrees.
     let across = |beam: Range| match beam {
