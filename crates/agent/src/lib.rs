@@ -29,7 +29,8 @@
 //! A drone that comes back from a fault begins as Landed ([`Agent::restarted`]).
 //!
 //! A swarm ([`SwarmDuty`]) surveys, gathers and crosses a passage, hovers where it does not know its
-//! position, and comes back the same way when it is recalled. Explorers ([`ExploreDuty`]) wait for a goal or fly to it, and land when nothing is left.
+//! position, and comes back the same way when it is recalled. Explorers ([`ExploreDuty`]) wait for a goal
+//! or fly to it, and land when nothing is left.
 //! The duties of the chain ([`ChainDuty`]):
 //!
 //! ```text

@@ -3,7 +3,7 @@
 use units::{Metres, Point2};
 
 use crate::Config;
-use crate::geometry::{left_of, moved};
+use crate::geometry::{along, left_of, moved};
 
 /// The narrow way between two areas, as far as a drone knows of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +16,18 @@ pub struct Passage {
     pub way: Point2,
     /// The distance from the entrance to the second area, along [`Passage::way`].
     pub length: Metres,
+}
+
+impl Passage {
+    /// Returns the length of the way from `here` to `home`, which lies on this side of the passage: the
+    /// straight line, or the one through the entrance for a drone that is in the passage or behind it.
+    #[must_use]
+    pub fn way_home(&self, here: Point2, home: Point2) -> Metres {
+        match along(self.way, self.entrance, here) > 0.0 {
+            true => Metres(here.distance(self.entrance).0 + self.entrance.distance(home).0),
+            false => here.distance(home),
+        }
+    }
 }
 
 /// A compact formation. Neighbours in it are D_int apart.

@@ -29,7 +29,7 @@ pub(crate) enum Leg {
 /// of a drone, with two of which on neighbouring places of a row of 0.35 m they land 0.25 m apart.
 const AT_HOME: Metres = Metres(0.05);
 
-/// The progress of a drone that lands or has landed: nobody waits for it, and it keeps its place.
+/// The progress of a drone that lands or has landed: the others do not wait for it, and it keeps its place.
 pub const DOWN: u16 = u8::MAX as u16;
 
 /// What a drone is doing.
@@ -238,8 +238,8 @@ impl<const N: usize> Member<N> {
         let goals = self.goals();
         let task = self.task;
         self.task = match task {
-            // Nobody waits for the others before a row of a lost drone: those that fly over one have not
-            // reached their last goals.
+            // A drone does not wait for the others before a row of a lost drone: those that fly over such a
+            // row have not reached their last goals.
             Task::Survey { reached, underway: false }
                 if reached == goals
                     && self.ready(goals.saturating_sub(1))

@@ -5,7 +5,7 @@ use heapless::Vec;
 use units::{Metres, Point2};
 
 use crate::crossing::{FORWARD, TURNS};
-use crate::geometry::{moved, squared};
+use crate::geometry::{left_of, moved, squared};
 use crate::member::DOWN;
 use crate::team::Neighbour;
 use crate::{Config, Guard, Obstacles};
@@ -56,8 +56,9 @@ struct Links {
 /// little is known of where the other one is: this is the square of the cosine.
 const SURELY_AWAY: f32 = 0.5;
 
-/// The distance from a drone on the ground within which no step to a drone's own place ends, m: less than the 0.35 m between the
-/// places from which drones take off, and more than the 0.25 m within which one stands in another's place.
+/// The distance from a drone on the ground within which no step to a drone's own place ends, m: less than
+/// the 0.35 m between the places from which drones take off, and more than the 0.25 m within which one
+/// stands in another's place.
 const LANDED: f32 = 0.29;
 
 /// What is taken off the radio's range, in metres, so that rounding never cuts a link.
@@ -106,10 +107,11 @@ impl<'a, const N: usize> Room<'a, N> {
     pub(crate) fn end(&mut self, way: Point2, length: Metres, turns: bool) -> Point2 {
         let here = self.here;
         let turns = if turns { FORWARD } else { 1 };
-        let whole = TURNS.iter().take(turns).map(|(cos, sin)| {
-            let left = Point2::new(-way.y, way.x);
-            moved(moved(here, way, cos * length.0), left, sin * length.0)
-        });
+        let left = left_of(way);
+        let whole = TURNS
+            .iter()
+            .take(turns)
+            .map(|(cos, sin)| moved(moved(here, way, cos * length.0), left, sin * length.0));
         let parts = [0.5, 0.25].map(|part| moved(here, way, part * length.0));
         whole.chain(parts).find(|end| self.allows(*end)).unwrap_or(here)
     }

@@ -110,7 +110,7 @@ impl Swarm {
         let (Some(left), Some(here), Some(home)) = (left, self.last, self.home) else {
             return false;
         };
-        let way = config.swarm.plan().way_home(here, home);
+        let way = config.swarm.passage.way_home(here, home);
         config.flight.carried_home(left) < way.0 / config.swarm.pace_home().0
     }
 

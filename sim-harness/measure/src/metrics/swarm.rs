@@ -71,14 +71,11 @@ impl SwarmRecord {
                 *time = now_s;
             }
         };
-        let finished = |state: &State| {
+        let lands = |state: &State, reason: LandReason| {
             use State::{Landed, Landing};
-            matches!(state, Landing { why, .. } | Landed { why } if *why == LandReason::Done)
+            matches!(state, Landing { why, .. } | Landed { why } if *why == reason)
         };
-        let is_home = |state: &State| {
-            use State::{Landed, Landing};
-            matches!(state, Landing { why, .. } | Landed { why } if *why == LandReason::Home)
-        };
+        let finished = |state: &State| lands(state, LandReason::Done);
         let crosses = |state: &State| {
             matches!(state, State::OnMission(Duty::Swarm(SwarmDuty::Crossing))) || finished(state)
         };
@@ -88,7 +85,7 @@ impl SwarmRecord {
         note(&mut metrics.surveyed_s, states.iter().all(has_surveyed));
         note(&mut metrics.gathered_s, states.iter().any(crosses));
         note(&mut metrics.across_s, states.iter().all(finished));
-        let is_over = |state: &&State| finished(state) || is_home(state);
+        let is_over = |state: &&State| finished(state) || lands(state, LandReason::Home);
         metrics.unfinished = states.iter().filter(|state| !is_over(state)).count() as u32;
         metrics.closest_drones_m = metrics.closest_drones_m.min(closest(mission, self.drones));
     }

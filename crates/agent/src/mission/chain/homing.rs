@@ -36,8 +36,8 @@ const TOO_NEAR: Metres = Metres(0.4);
 const NEAR: Metres = Metres(1.3);
 /// The part of its speed that is left then: a drone that brakes from 0.1 m/s flies on for 3 cm.
 const SLOW_PACE: f32 = 0.5;
-/// A drone that reports a landing has landed after this long: 0.3 m at 0.2 m/s, the last of it without
-/// thrust, and a lost report or two. Until then it counts as one in the air.
+/// A drone that reports a landing has landed after this long: 1.6 s for the step aside, 0.3 m at 0.2 m/s,
+/// the last of it without thrust, and a lost report or two. Until then it counts as one in the air.
 const COMES_DOWN: Duration = Duration::from_secs(4);
 /// One that is down is in the row, and not left on the way, when its odometer is back to this, and so
 /// much more for each drone behind it: a row in which drones have landed is wider spaced.

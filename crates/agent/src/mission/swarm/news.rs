@@ -173,8 +173,7 @@ impl News {
 fn encoded(sequence: u8, Own { at, error, progress }: &Own) -> [u8; SENDER] {
     let steps = |metres: f32| (libm::roundf(metres * STEPS) as i16).to_le_bytes();
     let ([x0, x1], [y0, y1]) = (steps(at.x), steps(at.y));
-    let most = if *progress == DOWN { DOWN } else { DOWN - 1 };
-    let progress = (*progress).min(most) as u8;
+    let progress = (*progress).min(DOWN) as u8;
     [sequence, x0, x1, y0, y1, progress, libm::ceilf(error.0 * STEPS) as u8]
 }
 

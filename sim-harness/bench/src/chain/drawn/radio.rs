@@ -11,7 +11,7 @@ use world::{Known, World};
 use super::place::between;
 use measure::oracle::Commanded;
 use mission::Gains;
-use scenario::{Scenario, Start};
+use scenario::Scenario;
 
 /// A radio that was drawn.
 #[derive(Clone, Debug)]
@@ -170,7 +170,7 @@ impl Limits {
         };
         let flying = scenario.drones.flying();
         let gains = Gains::of(&scenario.radio, flying + 1, seed);
-        let row = Start::SPACING * flying as f32;
+        let row = scenario.drones.row_m();
         let before_launch = link(0.0, row) + gains.of_link(flying, 0) - Db(3.0);
         Self::of(limit.min(before_launch.0), below)
     }

@@ -12,7 +12,7 @@ use crate::chain::Contender;
 use crate::chain::drawn::drawing::Drawn;
 use measure::oracle::{Commanded, Oracle};
 use mission::{Gains, Linked, Mission, ROUND_US};
-use scenario::{Scenario, Start, Stretch};
+use scenario::{Scenario, Stretch};
 
 /// A link is weaker than the limit when it is so by more than this, dB.
 const VIOLATION: f32 = 0.5;
@@ -276,7 +276,7 @@ impl<'a> Observer<'a> {
 
     /// The drones that flew and are not down at home.
     fn left(&self, mission: &Mission<'_>) -> Vec<Left> {
-        let row = Start::SPACING * self.case.scenario.drones.flying() as f32;
+        let row = self.case.scenario.drones.row_m();
         let wider = WIDER_M * self.flew.iter().filter(|flew| **flew).count() as f32;
         let home = row + wider + HOME_M;
         let drones = mission.states().zip(mission.ways()).zip(&self.flew).enumerate();
