@@ -292,7 +292,7 @@ fn change_chip(change: impl FnOnce(&mut RadioChip)) {
 /// The fault of the board or the radio chip that keeps the drone on the ground, if there is one.
 pub(crate) fn hardware_fault() -> Option<HardwareFault> {
     match identity::board() {
-        Board::Crazyflie21 => CHIP.get().fault(),
+        Board::Crazyflie21 => CHIP.get().fault(clock::now()),
         Board::Crazyflie20 | Board::Other => Some(HardwareFault::Board),
     }
 }
@@ -341,7 +341,7 @@ impl Out<'_> {
         match length.and_then(|length| packet.get(..length)) {
             Some(data) => {
                 self.send(&Outgoing::P2pBroadcast { port, data }).await;
-                change_chip(RadioChip::note_sent);
+                change_chip(|chip| chip.note_sent(clock::now()));
             }
             None => Timer::after(PAUSE).await,
         }

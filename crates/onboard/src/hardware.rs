@@ -47,6 +47,9 @@ const QUIET: Duration = Duration::from_secs(5);
 /// The chip answers within milliseconds; settings that it has not confirmed after this time, or has
 /// confirmed wrongly, are told again.
 const CONFIRMS_WITHIN: Duration = Duration::from_millis(200);
+/// The power is told when the chip has left Bluetooth mode, [`CONFIRMS_WITHIN`] after it was last told
+/// its settings at the latest, and has to be confirmed within the same time again.
+const CONFIRMS_POWER_WITHIN: Duration = Duration::from_millis(400);
 
 /// The settings that the chip has confirmed since they were told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,9 +78,9 @@ pub struct RadioChip {
     told: Option<(Radio, Instant)>,
     confirmed: Confirmed,
     firmware: Firmware,
-    /// It is known to have left Bluetooth mode since it was last silent: it has received or sent a
-    /// packet of its own protocol.
-    left_bluetooth: bool,
+    /// When it was first known to have left Bluetooth mode since it was last silent: it had received
+    /// or sent a packet of its own protocol.
+    left_bluetooth: Option<Instant>,
     /// When the last frame of any kind came from it, and the last packet off the air.
     spoke: Instant,
     heard: Instant,
@@ -96,7 +99,7 @@ impl RadioChip {
             told: None,
             confirmed: Confirmed { channel: false, datarate: false, address: false, power: false },
             firmware: Firmware::Unknown,
-            left_bluetooth: false,
+            left_bluetooth: None,
             spoke: Instant::ZERO,
             heard: Instant::ZERO,
             answers: false,
@@ -135,16 +138,22 @@ impl RadioChip {
             Incoming::Raw(_) => self.heard = now,
             Incoming::P2p { .. } | Incoming::P2pBroadcast { .. } => {
                 self.heard = now;
-                self.left_bluetooth = true;
+                self.note_left_bluetooth(now);
             }
-            Incoming::Rssi(Some(_)) => self.left_bluetooth = true,
+            Incoming::Rssi(Some(_)) => self.note_left_bluetooth(now),
             _ => {}
         }
     }
 
     /// Notes that the chip was given a packet for other drones, which ends its Bluetooth mode.
-    pub const fn note_sent(&mut self) {
-        self.left_bluetooth = true;
+    pub const fn note_sent(&mut self, now: Instant) {
+        self.note_left_bluetooth(now);
+    }
+
+    const fn note_left_bluetooth(&mut self, now: Instant) {
+        if self.left_bluetooth.is_none() {
+            self.left_bluetooth = Some(now);
+        }
     }
 
     /// Whether the chip is to be told its settings: it never was, it does not confirm them, it was
@@ -155,14 +164,14 @@ impl RadioChip {
         let unconfirmed = !self.is_confirmed() || self.firmware == Firmware::Unknown;
         unconfirmed && now.since(told) >= CONFIRMS_WITHIN
             || now.since(self.spoke) >= SILENCE
-            || self.left_bluetooth && now.since(self.heard) >= QUIET
+            || self.left_bluetooth.is_some() && now.since(self.heard) >= QUIET
     }
 
     /// Whether this frame belongs to what the chip is told: all of them do, but in Bluetooth mode
     /// those settings that it has confirmed, and the power.
     #[must_use]
     pub const fn is_told(&self, frame: &Outgoing<'_>) -> bool {
-        self.left_bluetooth
+        self.left_bluetooth.is_some()
             || match frame {
                 Outgoing::Channel(_) => !self.confirmed.channel,
                 Outgoing::Datarate(_) => !self.confirmed.datarate,
@@ -175,7 +184,15 @@ impl RadioChip {
     /// Whether the chip has confirmed every setting that it was told.
     const fn is_confirmed(&self) -> bool {
         let Confirmed { channel, datarate, address, power } = self.confirmed;
-        channel && datarate && address && (power || !self.left_bluetooth)
+        channel && datarate && address && (power || self.left_bluetooth.is_none())
+    }
+
+    /// Whether the only setting that it has not confirmed is the power, and the time for that is not
+    /// over.
+    fn owes_power(&self, now: Instant) -> bool {
+        let Confirmed { channel, datarate, address, .. } = self.confirmed;
+        let is_early = |left| now.since(left) < CONFIRMS_POWER_WITHIN;
+        channel && datarate && address && self.left_bluetooth.is_some_and(is_early)
     }
 
     /// Whether the chip has sent a frame since it was told its settings.
@@ -184,14 +201,17 @@ impl RadioChip {
         self.answers
     }
 
-    /// The chip's fault, if it has one.
+    /// The chip's fault, if it has one. A power that the chip was not yet told, or has not had the time
+    /// to confirm, is none.
     #[must_use]
-    pub fn fault(&self) -> Option<HardwareFault> {
+    pub fn fault(&self, now: Instant) -> Option<HardwareFault> {
         match self.firmware {
             Firmware::Release(release) if release < Self::OLDEST => {
                 Some(HardwareFault::RadioFirmware)
             }
-            _ if !self.is_confirmed() => Some(HardwareFault::RadioSettings),
+            _ if !self.is_confirmed() && !self.owes_power(now) => {
+                Some(HardwareFault::RadioSettings)
+            }
             Firmware::Unknown => Some(HardwareFault::RadioFirmware),
             Firmware::Release(_) | Firmware::Own => None,
         }

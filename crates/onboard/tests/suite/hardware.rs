@@ -30,7 +30,7 @@ fn in_bluetooth(version: &[u8], radio: Radio) -> RadioChip {
         Incoming::Datarate(radio.datarate),
         Incoming::Address(radio.address),
     ] {
-        assert!(chip.fault().is_some(), "not all is confirmed before {packet:?}");
+        assert!(chip.fault(at(1)).is_some(), "not all is confirmed before {packet:?}");
         chip.take(at(1), &packet);
     }
     chip
@@ -39,8 +39,7 @@ fn in_bluetooth(version: &[u8], radio: Radio) -> RadioChip {
 /// Such a chip that has then sent a packet, and has answered with this power.
 fn answered(version: &[u8], radio: Radio) -> RadioChip {
     let mut chip = in_bluetooth(version, radio);
-    chip.note_sent();
-    assert!(chip.fault().is_some(), "its power is not confirmed");
+    chip.note_sent(at(1));
     chip.take(at(1), &Incoming::Power(radio.power));
     chip
 }
@@ -65,7 +64,7 @@ fn in_bluetooth_mode_a_chip_is_told_only_what_the_vendors_firmware_tells_it_and_
     assert!(chip.is_to_be_told(at(200)));
     assert_eq!(SETTINGS.map(|setting| chip.is_told(&setting)), [false, true, false, false]);
     let mut chip = in_bluetooth(NEW, RADIO);
-    assert_eq!(chip.fault(), None, "a client at its USB can let it fly");
+    assert_eq!(chip.fault(at(1)), None, "a client at its USB can let it fly");
     for ms in (5..600_000).step_by(5) {
         chip.take(at(ms), &Incoming::Rssi(None));
         // A phone's packets come by Bluetooth, for a while.
@@ -84,20 +83,39 @@ fn a_chip_that_has_left_bluetooth_mode_is_told_its_power() {
         let mut chip = in_bluetooth(NEW, RADIO);
         match packet {
             Some(packet) => chip.take(at(900), &packet),
-            None => chip.note_sent(),
+            None => chip.note_sent(at(900)),
         }
-        assert_eq!(chip.fault(), Some(HardwareFault::RadioSettings));
+        assert_eq!(chip.fault(at(900)), None, "it was not told its power yet");
         assert!(chip.is_to_be_told(at(900)), "{packet:?}");
         assert!(chip.is_told(&Outgoing::Power(RADIO.power)));
         chip.take(at(901), &Incoming::Power(RADIO.power));
-        assert_eq!((chip.fault(), chip.is_to_be_told(at(901))), (None, false));
+        assert_eq!((chip.fault(at(1_400)), chip.is_to_be_told(at(901))), (None, false));
     }
+}
+
+#[test]
+fn a_power_that_is_not_confirmed_is_a_fault_once_its_time_is_over() {
+    let mut chip = in_bluetooth(NEW, RADIO);
+    let mut faults = Vec::new();
+    for ms in (100..3_000).step_by(5) {
+        // Its packets go out, and its reports come, but never the power.
+        chip.note_sent(at(ms));
+        chip.take(at(ms), &Incoming::Rssi(None));
+        if chip.is_to_be_told(at(ms)) {
+            chip.note_told(at(ms), RADIO);
+        }
+        faults.push(chip.fault(at(ms)));
+    }
+    let (early, late) = faults.split_at(80);
+    assert!(early.iter().all(Option::is_none), "{early:?}");
+    let fault = Some(HardwareFault::RadioSettings);
+    assert!(late.iter().all(|now| *now == fault), "{late:?}");
 }
 
 #[test]
 fn a_chip_that_confirms_everything_has_no_fault_and_is_left_alone() {
     let mut chip = answered(NEW, RADIO);
-    assert_eq!((chip.fault(), chip.answers()), (None, true));
+    assert_eq!((chip.fault(at(1)), chip.answers()), (None, true));
     assert_eq!(chip.release(), Release::parse(NEW));
     for ms in (10..60_000).step_by(10) {
         chip.take(at(ms), &Incoming::Rssi(None));
@@ -113,12 +131,12 @@ fn a_chip_that_confirms_everything_has_no_fault_and_is_left_alone() {
 fn a_setting_that_is_confirmed_wrongly_is_a_fault_and_is_told_again() {
     let other = Radio { channel: Channel::new(33).unwrap(), ..RADIO };
     let mut chip = answered(NEW, other);
-    assert_eq!(chip.fault(), Some(HardwareFault::RadioSettings));
+    assert_eq!(chip.fault(at(1)), Some(HardwareFault::RadioSettings));
     assert!(!chip.is_to_be_told(at(100)), "not at once, or a broken chip would be told for ever");
     assert!(chip.is_to_be_told(at(200)));
     chip.note_told(at(200), RADIO);
     chip.take(at(201), &Incoming::Channel(RADIO.channel));
-    assert_eq!(chip.fault(), None);
+    assert_eq!(chip.fault(at(201)), None);
 }
 
 #[test]
@@ -134,7 +152,7 @@ fn a_chip_that_hears_nothing_is_told_again_and_keeps_what_it_has_confirmed() {
     }
     assert!(chip.is_to_be_told(at(6_000)));
     chip.note_told(at(6_000), RADIO);
-    assert_eq!((chip.fault(), chip.answers()), (None, true));
+    assert_eq!((chip.fault(at(6_000)), chip.answers()), (None, true));
     assert!(!chip.is_to_be_told(at(6_100)));
 }
 
@@ -143,7 +161,8 @@ fn a_chip_that_falls_silent_was_reset_and_has_to_confirm_anew() {
     let mut chip = answered(NEW, RADIO);
     assert!(!chip.is_to_be_told(at(1_000)) && chip.is_to_be_told(at(1_001)));
     chip.note_told(at(1_001), RADIO);
-    assert_eq!((chip.fault(), chip.answers()), (Some(HardwareFault::RadioSettings), false));
+    let fault = Some(HardwareFault::RadioSettings);
+    assert_eq!((chip.fault(at(1_001)), chip.answers()), (fault, false));
 }
 
 #[test]
@@ -160,7 +179,7 @@ fn a_firmware_older_than_2022_01_or_without_a_version_is_refused() {
         (b"NA", None),
         (b"8a7b6c5*", None),
     ] {
-        assert_eq!(answered(text, RADIO).fault(), fault, "{}", text.escape_ascii());
+        assert_eq!(answered(text, RADIO).fault(at(1)), fault, "{}", text.escape_ascii());
     }
     assert_eq!(Release::parse(b"2022.13"), None);
     assert_eq!(Release::parse(b"20220.1"), None);
@@ -178,7 +197,7 @@ fn a_chip_that_never_tells_its_version_is_refused() {
     ] {
         chip.take(at(1), &packet);
     }
-    assert_eq!(chip.fault(), Some(HardwareFault::RadioFirmware));
+    assert_eq!(chip.fault(at(1)), Some(HardwareFault::RadioFirmware));
     assert!(chip.is_to_be_told(at(200)), "it is asked again");
 }
 
