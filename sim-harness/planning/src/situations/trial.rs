@@ -59,8 +59,7 @@ impl Trial {
             let place = rule.choose(ground, network, at, &Demand::DEFAULT, seed, planner);
             place.map(|place| place.cell)
         };
-        let [paper, ours, random] =
-            [Rule::Paper, Rule::Ours, Rule::Random].map(|rule| choose(rule));
+        let [paper, ours, random] = [Rule::Paper, Rule::Ours, Rule::Random].map(&mut choose);
         let dropped = |cell| Dropped::at(cave, criteria, cell);
         let paper = dropped(paper?)?;
         let away =

@@ -1,4 +1,4 @@
-use measure::claim::Answer;
+use ::measure::claim::Answer;
 
 use super::*;
 
