@@ -79,7 +79,7 @@ impl fmt::Display for Needs {
 /// What was measured in one place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// The place: a corridor.
+    /// The place: a corridor, or a kind of place.
     pub place: &'static str,
     /// What was measured of each policy, in words with their units.
     pub told: String,
@@ -100,7 +100,7 @@ pub struct Claim {
     pub quantity: &'static str,
     /// The values of the quantity that meet it.
     pub needs: Needs,
-    /// The number of runs of each policy in each place.
+    /// The number of runs of each policy in each place; the smallest, where places have other numbers.
     pub runs: usize,
     /// What was found in each place.
     pub found: Vec<Found>,
@@ -111,7 +111,8 @@ pub struct Claim {
 impl Claim {
     /// A claim of which nothing has been measured. `why` is a sentence that says why it does not
     /// hold, in case it does not.
-    pub(super) const fn new(
+    #[must_use]
+    pub const fn new(
         (source, claim): (&'static str, &'static str),
         (quantity, needs): (&'static str, Needs),
         why: &'static str,
@@ -121,13 +122,13 @@ impl Claim {
 
     /// The claim with what was measured in one more place.
     #[must_use]
-    pub(super) fn with(
+    pub fn with(
         mut self,
         (place, runs): (&'static str, usize),
         told: String,
         interval: Interval,
     ) -> Self {
-        self.runs = runs;
+        self.runs = if self.found.is_empty() { runs } else { self.runs.min(runs) };
         let answer = self.needs.answer(interval);
         self.found.push(Found { place, told, interval, answer });
         self
@@ -204,7 +205,8 @@ impl fmt::Display for Claim {
 }
 
 /// A number to three digits, or to so many decimals where it is small.
-pub(super) fn number(value: f64) -> String {
+#[must_use]
+pub fn number(value: f64) -> String {
     match value {
         f64::INFINITY => "∞".to_owned(),
         f64::NEG_INFINITY => "−∞".to_owned(),

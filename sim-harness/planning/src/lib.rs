@@ -6,7 +6,9 @@
 //! | [`plan`] | relays that hover along the route of a scenario |
 //! | [`drops`] | relays that land for good, on a map |
 //! | [`mod@explored`] | a place for explorers, made of a map |
+//! | [`situations`] | the figures of the paper on placing communication nodes |
 
 pub mod drops;
 pub mod explored;
 pub mod plan;
+pub mod situations;

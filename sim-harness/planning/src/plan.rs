@@ -190,13 +190,14 @@ struct Covered {
 impl Covered {
     fn of(world: &World, way: Path, least: Dbm) -> Self {
         let way_m = way.length();
-        let rows = BestChains::along(&world.radio, way, MOST_RELAYS + 1).all();
-        let reached = |row: &Vec<Db>| {
-            let weak = row.iter().position(|loss| Dbm::after_loss(*loss) < least);
-            let steps = row.len().max(2) - 1;
-            weak.map_or(way_m, |weak| way_m * weak.saturating_sub(1) as f32 / steps as f32)
+        let chains = BestChains::along(&world.radio, way, MOST_RELAYS + 1);
+        let reached = |weak: Option<usize>| {
+            weak.map_or(way_m, |weak| {
+                way_m * weak.saturating_sub(1) as f32 / chains.last().max(1) as f32
+            })
         };
-        Self { way_m, reached: rows.iter().map(reached).collect() }
+        let weak = chains.first_weak(|loss| Dbm::after_loss(loss) < least);
+        Self { way_m, reached: weak.into_iter().map(reached).collect() }
     }
 
     /// How far the most relays reach, but at least a decimetre, m.

@@ -1,6 +1,7 @@
-//! `uchain figures`: the paper's figure 3, or the tables of the paper on swarms, with what the papers
-//! claim.
+//! `uchain figures`: the figures or tables of a paper, with what the paper claims.
 
+mod exploration;
+mod placement;
 mod swarm;
 
 use std::fmt::Write;
@@ -23,7 +24,8 @@ pub(super) struct FiguresArgs {
     /// The paper whose figures and claims are made
     #[arg(long, value_enum, default_value_t = Paper::UChain)]
     paper: Paper,
-    /// Number of missions behind each box plot; the papers have 30, and tables of swarms up to 150
+    /// Number of missions behind each box plot, or of caves behind each situation; the papers have 30,
+    /// and tables of swarms up to 150
     #[arg(long, allow_negative_numbers = true, default_value_t = 30, value_name = "N")]
     runs: usize,
     /// Fly this policy only; may be given more than once. Claims about others are left out
@@ -40,12 +42,19 @@ enum Paper {
     UChain,
     /// Falomir 2017, on swarms by virtual forces: tables 2 and 3 for several readings of it
     Forces,
+    /// Stegun Vaquero 2020, on placing communication nodes: figures 2 to 4, in many caves
+    Placement,
+    /// Mahdoui's thesis, chapter 3, on coordinated exploration: figures 3.11 to 3.22
+    Exploration,
 }
 
 pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
     let policies = policies(args)?;
-    if args.paper == Paper::Forces {
-        return swarm::run(args);
+    match args.paper {
+        Paper::UChain => {}
+        Paper::Forces => return swarm::run(args),
+        Paper::Placement => return placement::run(args),
+        Paper::Exploration => return exploration::run(args),
     }
     let count = runs(args.runs)?;
     let seed = args.common.seed;

@@ -12,7 +12,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 use units::Db;
 
-use super::{Known, Path, Radio};
+use super::{Known, Path, Radio, SurveyedPlace};
 
 /// An optimal chain.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,11 +37,19 @@ pub fn best_chain(radio: &Radio, way: &Path, links: usize) -> Optimum {
 pub fn best_chain_known(radio: &Radio, known: Known, way: &Path, links: usize) -> Optimum {
     let loss = |a: f32, b: f32| radio.known_strength(way.at(a), way.at(b), known).loss().0;
     let head = way.length();
-    let everywhere: Vec<f32> = grid(0.0, head, COARSE);
-    let mut places = vec![vec![0.0]];
-    places.extend(std::iter::repeat_n(everywhere, links.saturating_sub(1)));
-    places.push(vec![head]);
-    let mut best = solve(&loss, &places);
+    let mut best = match links {
+        0 | 1 => solve(&loss, &[vec![0.0], vec![head]]),
+        _ => {
+            let mut places = grid(0.0, head, COARSE);
+            // On a way of no length both ends are one place.
+            places.dedup();
+            let surveyed: Vec<_> = places.iter().map(|x| radio.survey_place(way.at(*x))).collect();
+            let between = |y: usize, x: usize| {
+                radio.known_strength_at(&surveyed[y], &surveyed[x], known).loss().0
+            };
+            solve_on_one_list(&between, (&loss, head), &places, links)
+        }
+    };
     let mut step = COARSE;
     for _ in 0..10 {
         let reach = step;
@@ -67,8 +75,24 @@ pub struct BestChains {
     way: Path,
     /// The head positions, m along the way.
     places: Vec<f32>,
+    solved: RwLock<Solved>,
+}
+
+/// The head positions that are solved.
+struct Solved {
+    /// Their places.
+    places: Vec<SurveyedPlace>,
     /// The loss of the weakest link, by links − 1, then by place.
-    rows: RwLock<Vec<Vec<Db>>>,
+    rows: Vec<Vec<Db>>,
+}
+
+impl Solved {
+    /// The loss of the weakest link; infinite for a number of links beyond the most, and `None` for a
+    /// place that is not solved.
+    fn worst(&self, links: usize, place: usize) -> Option<Db> {
+        let row = links.checked_sub(1).and_then(|n| self.rows.get(n));
+        row.map_or(Some(Db(f32::INFINITY)), |row| row.get(place).copied())
+    }
 }
 
 impl BestChains {
@@ -79,7 +103,8 @@ impl BestChains {
     #[must_use]
     pub fn along(radio: &Arc<Radio>, way: Path, most: usize) -> Self {
         let places = grid(0.0, way.length(), COARSE);
-        Self { radio: Arc::clone(radio), way, places, rows: RwLock::new(vec![Vec::new(); most]) }
+        let solved = Solved { places: Vec::new(), rows: vec![Vec::new(); most] };
+        Self { radio: Arc::clone(radio), way, places, solved: RwLock::new(solved) }
     }
 
     /// The way.
@@ -99,47 +124,53 @@ impl BestChains {
     #[must_use]
     pub fn worst(&self, links: usize, place: usize) -> Db {
         let place = place.min(self.last());
-        let known = |rows: &Vec<Vec<Db>>| {
-            let row = links.checked_sub(1).and_then(|n| rows.get(n));
-            row.map_or(Some(Db(f32::INFINITY)), |row| row.get(place).copied())
-        };
-        let found = known(&self.rows.read().unwrap_or_else(PoisonError::into_inner));
+        let found = self.solved.read().unwrap_or_else(PoisonError::into_inner).worst(links, place);
         found.unwrap_or_else(|| {
-            let mut rows = self.rows.write().unwrap_or_else(PoisonError::into_inner);
-            self.solve_to(place + Self::AHEAD, &mut rows);
-            known(&rows).unwrap_or(Db(f32::INFINITY))
+            let mut solved = self.solved.write().unwrap_or_else(PoisonError::into_inner);
+            self.solve_to(place + Self::AHEAD, &mut solved);
+            solved.worst(links, place).unwrap_or(Db(f32::INFINITY))
         })
     }
 
-    /// The losses for all head positions, by links − 1, then by place.
+    /// For each number of links, one first, the first head position of whose best chain the weakest
+    /// link `is_weak`; `None` where there is none on the way.
+    ///
+    /// Of a long way only the part is solved that some number of links reaches.
     #[must_use]
-    pub fn all(&self) -> Vec<Vec<Db>> {
-        let mut rows = self.rows.write().unwrap_or_else(PoisonError::into_inner);
-        self.solve_to(self.last(), &mut rows);
-        rows.clone()
+    pub fn first_weak(&self, is_weak: impl Fn(Db) -> bool) -> Vec<Option<usize>> {
+        let mut solved = self.solved.write().unwrap_or_else(PoisonError::into_inner);
+        let mut first = vec![None; solved.rows.len()];
+        for place in 0..=self.last() {
+            if first.iter().all(Option::is_some) {
+                break;
+            }
+            self.solve_to(place, &mut solved);
+            for (first, row) in first.iter_mut().zip(&solved.rows) {
+                let weak = row.get(place).is_some_and(|loss| is_weak(*loss));
+                *first = first.or(weak.then_some(place));
+            }
+        }
+        first
     }
 
     /// Solves up to a head position, by dynamic programming over the last relay's place.
-    fn solve_to(&self, place: usize, rows: &mut [Vec<Db>]) {
-        let solved = rows.first().map_or(0, Vec::len);
-        for n in solved..=place.min(self.last()) {
+    fn solve_to(&self, place: usize, Solved { places, rows }: &mut Solved) {
+        for n in places.len()..=place.min(self.last()) {
             let here = self.radio.survey_place(self.way.at(self.places[n]));
-            let loss = |y: &f32| {
-                let there = self.radio.survey_place(self.way.at(*y));
-                self.radio.strength_at(&there, &here).loss().0
-            };
-            let losses: Vec<f32> = self.places[..=n].iter().map(loss).collect();
-            let mut through: Vec<f32> = Vec::new();
+            places.push(here);
+            let loss = |there| self.radio.strength_at(there, &here).loss().0;
+            let losses: Vec<f32> = places.iter().map(loss).collect();
+            let mut before: Option<&[Db]> = None;
             for row in rows.iter_mut() {
-                let worst = match through.is_empty() {
-                    true => losses[0],
-                    false => {
-                        let worst = losses.iter().zip(&through).map(|(loss, to)| to.max(*loss));
+                let worst = match before {
+                    None => losses[0],
+                    Some(through) => {
+                        let worst = losses.iter().zip(through).map(|(loss, to)| to.0.max(*loss));
                         worst.fold(f32::INFINITY, f32::min)
                     }
                 };
                 row.push(Db(worst));
-                through = row.iter().map(|db| db.0).collect();
+                before = Some(row);
             }
         }
     }
@@ -160,21 +191,76 @@ fn solve(loss: &impl Fn(f32, f32) -> f32, places: &[Vec<f32>]) -> Optimum {
         let (nearer, farther) = (&pair[0], &pair[1]);
         let step = |&x: &f32| {
             let via = nearer.iter().zip(&worst).enumerate().filter(|(_, (y, _))| **y <= x);
-            via.map(|(n, (&y, &before))| (n, before.max(loss(y, x))))
-                .min_by(|a, b| a.1.total_cmp(&b.1))
-                .unwrap_or((0, f32::INFINITY))
+            strongest(via.map(|(n, (&y, &before))| (n, before.max(loss(y, x)))))
         };
         let (from, next): (Vec<usize>, Vec<f32>) = farther.iter().map(step).unzip();
         came_from.push(from);
         worst = next;
     }
+    let place = |node: usize, at: usize| places[node][at];
+    traced(place, &came_from, worst.first().copied())
+}
+
+/// The same where the relays of two links or more may stand anywhere on one list of places, which
+/// ascends from the base: the losses to a place are computed once for all links. The loss `between`
+/// two places goes by their numbers, that to the head, which need not be of the list, by lengths.
+fn solve_on_one_list(
+    between: &impl Fn(usize, usize) -> f32,
+    (to_head, head): (&impl Fn(f32, f32) -> f32, f32),
+    places: &[f32],
+    links: usize,
+) -> Optimum {
+    let mut worst: Vec<Vec<f32>> = vec![Vec::with_capacity(places.len()); links - 1];
+    let mut came_from: Vec<Vec<usize>> = vec![Vec::with_capacity(places.len()); links - 1];
+    for x in 0..places.len() {
+        let losses: Vec<f32> = (0..=x).map(|y| between(y, x)).collect();
+        for link in 0..links - 1 {
+            let (from, weakest) = match link.checked_sub(1).map(|before| &worst[before]) {
+                None => (0, losses[0]),
+                Some(before) => {
+                    let via = before.iter().zip(&losses).map(|(before, loss)| before.max(*loss));
+                    strongest(via.enumerate())
+                }
+            };
+            worst[link].push(weakest);
+            came_from[link].push(from);
+        }
+    }
+    let last = worst.last().into_iter().flatten();
+    let via = places.iter().zip(last).enumerate().filter(|(_, (y, _))| **y <= head);
+    let (from, weakest) =
+        strongest(via.map(|(n, (&y, &before))| (n, before.max(to_head(y, head)))));
+    came_from.push(vec![from]);
+    let place = |node: usize, at: usize| match node {
+        0 => 0.0,
+        node if node == links => head,
+        _ => places[at],
+    };
+    traced(place, &came_from, Some(weakest))
+}
+
+/// The number of the place over which the weakest link is the strongest, with its loss.
+fn strongest(via: impl Iterator<Item = (usize, f32)>) -> (usize, f32) {
+    via.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, f32::INFINITY))
+}
+
+/// The chain that ends at the first place of the last node, traced back to the base: where a node's
+/// place lies, and for each place of each node but the base the number of that before it.
+fn traced(
+    place: impl Fn(usize, usize) -> f32,
+    came_from: &[Vec<usize>],
+    worst: Option<f32>,
+) -> Optimum {
     let mut at = 0;
-    let mut positions = Vec::with_capacity(places.len());
+    let mut positions = Vec::with_capacity(came_from.len() + 1);
     for (node, from) in came_from.iter().enumerate().rev() {
-        positions.push(places[node + 1][at]);
+        positions.push(place(node + 1, at));
         at = from[at];
     }
-    positions.push(places[0][at]);
+    positions.push(place(0, at));
     positions.reverse();
-    Optimum { positions, worst: Db(worst.first().copied().unwrap_or(f32::INFINITY)) }
+    Optimum { positions, worst: Db(worst.unwrap_or(f32::INFINITY)) }
 }
+
+#[cfg(test)]
+mod tests;

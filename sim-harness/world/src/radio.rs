@@ -132,7 +132,13 @@ impl Radio {
         self.known_strength_at(a, b, Known::All)
     }
 
-    fn known_strength_at(&self, a: &SurveyedPlace, b: &SurveyedPlace, known: Known) -> Dbm {
+    /// The strength of a link between two surveyed places as far as it is known.
+    pub(super) fn known_strength_at(
+        &self,
+        a: &SurveyedPlace,
+        b: &SurveyedPlace,
+        known: Known,
+    ) -> Dbm {
         let link = Geometry {
             along: Metres(self.skeleton().distance(a.place, b.place).0.max(a.at_least_from(b).0)),
             straight: a.at.distance(b.at),

@@ -1,5 +1,6 @@
 //! `uchain bench explore`: the table of the explorers, and of their bounds.
 
+pub mod figures;
 pub mod measure;
 pub mod scale;
 

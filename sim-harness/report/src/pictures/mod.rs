@@ -15,9 +15,11 @@ mod canvas;
 mod dashes;
 mod drops;
 mod figure3;
+mod growth;
 mod links;
 mod map;
 mod moving;
+mod placement;
 mod plan;
 mod positions;
 mod raster;
@@ -31,6 +33,7 @@ use std::fmt;
 
 pub use boxes::{BoxChart, RunGroup, RunValues};
 pub use figure3::{Corridor, Figure3, Variant};
+pub use growth::{GrowthChart, Growths};
 pub(super) use map::nested;
 pub use plan::PlanPicture;
 pub(super) use series::launch_limit;
@@ -43,6 +46,7 @@ use cave_worlds::World;
 
 use mission::trace::Trace;
 use planning::drops::Drops;
+use planning::situations::Scene;
 
 /// The error when a picture cannot be made. No input of a user causes it, since pictures are drawn
 /// in memory and the font is built in.
@@ -133,6 +137,30 @@ pub fn survival(chart: &SurvivalChart) -> Result<Picture, PictureError> {
 /// See [`PictureError`].
 pub fn figure3(figure: &Figure3<'_>) -> Result<Picture, PictureError> {
     figure3::picture(figure)
+}
+
+/// Curves of what is known over time.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn growths(chart: &GrowthChart) -> Result<Picture, PictureError> {
+    growth::picture(chart)
+}
+
+/// The figures 2 and 3 of the paper on placing communication nodes, in one cave.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn node_maps(scene: &Scene) -> Result<Picture, PictureError> {
+    placement::maps(scene)
+}
+
+/// Its figure 4: a cave in each situation.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn node_situations(scenes: &[Scene]) -> Result<Picture, PictureError> {
+    placement::situations(scenes)
 }
 
 #[cfg(test)]

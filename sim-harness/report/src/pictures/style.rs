@@ -17,6 +17,8 @@ pub(super) const AXIS: RGBColor = RGBColor(154, 165, 177);
 pub(super) const GRID: RGBColor = RGBColor(228, 231, 235);
 /// Free space on a map.
 pub(super) const FLOOR: RGBColor = RGBColor(243, 244, 246);
+/// Ground that the network covers, as light as text on it needs: the hue of the paper's figures.
+pub(super) const COVERED: RGBColor = RGBColor(250, 219, 125);
 /// Walls on a map.
 pub(super) const WALL: RGBColor = RGBColor(82, 96, 109);
 /// Single packets.

@@ -1,0 +1,138 @@
+//! `uchain figures --paper exploration`: what the thesis' figures say of one to three robots, by its rule
+//! and by ours.
+
+use std::fmt::Write;
+
+use benchmarks::explore::figures::{Figures, ROBOTS, explorations, growth, make, time_s, way_m};
+use explorers::Outcome;
+use measure::campaign::quantile_of;
+use measure::intervals::CONFIDENCE;
+use report::pictures::{BoxChart, GrowthChart, Growths, RunGroup, RunValues, box_plots, growths};
+use terminal::{Progress, runs};
+
+use super::super::{Trouble, Verdict, interrupt};
+use super::FiguresArgs;
+
+/// The rules that the pictures show, with their names there.
+const RULES: [(&str, &str); 2] = [("thesis", "The thesis' rule"), ("ours", "Our rule")];
+
+pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
+    let count = runs(args.runs)?;
+    let seed = args.common.seed;
+    interrupt::ends();
+    let mut folder = args.common.folder()?;
+    let progress = Progress::new(explorations(count) as u64, args.common.quiet);
+    progress.say("explorations");
+    let figures = make(count, seed, || progress.step())?;
+    drop(progress);
+    let summary = figures.json(seed);
+    if let Some(folder) = &mut folder {
+        folder.put_json("summary.json", &summary)?;
+        let overlap = |run: &Outcome| run.overlap;
+        let boxes = [
+            (
+                "figure-3-18",
+                "Thesis, figure 3.18 again: known to two robots or more",
+                "Part of the known",
+                overlap as fn(&Outcome) -> f32,
+                1,
+            ),
+            (
+                "figure-3-21",
+                "Thesis, figure 3.21 again: the way of a robot to 99 %",
+                "Way, m",
+                way_m,
+                0,
+            ),
+            ("figure-3-22", "Thesis, figure 3.22 again: the time to 99 %", "Time, s", time_s, 0),
+        ];
+        for (name, title, value_name, of, alone) in boxes {
+            let chart = boxed(&figures, title, value_name, of, alone);
+            report::put_picture(folder, name, &box_plots(&chart)?)?;
+        }
+        report::put_picture(folder, "figure-3-19", &growths(&grown(&figures))?)?;
+    }
+    args.common.finish(folder, &table(&figures), &summary)?;
+    Ok(Verdict::Good)
+}
+
+/// A quantity of all runs, by rule and number of robots but for the first so many.
+fn boxed(
+    figures: &Figures,
+    title: &str,
+    value_name: &str,
+    of: fn(&Outcome) -> f32,
+    left_out: usize,
+) -> BoxChart {
+    let series = |rule: &str| {
+        let rows = ROBOTS.iter().skip(left_out).filter_map(|robots| figures.row(rule, *robots));
+        rows.map(|row| RunValues {
+            name: named(row.robots),
+            values: row.runs.iter().map(of).collect(),
+        })
+        .collect()
+    };
+    BoxChart {
+        title: title.into(),
+        value_name: value_name.into(),
+        infinite_name: "never".into(),
+        is_logarithmic: false,
+        groups: RULES
+            .iter()
+            .map(|(rule, label)| RunGroup { label: (*label).into(), series: series(rule) })
+            .collect(),
+    }
+}
+
+/// What is known over time.
+fn grown(figures: &Figures) -> GrowthChart {
+    let curves = |rule: &str| {
+        let rows = ROBOTS.iter().filter_map(|robots| figures.row(rule, *robots));
+        rows.map(|row| (named(row.robots), growth(row))).collect()
+    };
+    GrowthChart {
+        title: "Thesis, figures 3.13 and 3.19 again".into(),
+        subtitle: format!("The room of 8 by 8 m, mean of {} runs each", figures.runs),
+        value_name: "Part of the room that is known".into(),
+        groups: RULES
+            .iter()
+            .map(|(rule, label)| Growths { label: (*label).into(), curves: curves(rule) })
+            .collect(),
+    }
+}
+
+fn named(robots: usize) -> String {
+    if robots == 1 { "1 robot".to_owned() } else { format!("{robots} robots") }
+}
+
+fn table(figures: &Figures) -> String {
+    let mut text = format!(
+        "Coordinated exploration, figures 3.11 to 3.22: the thesis' room, {} runs a row; medians, over \
+         all runs\n\n  {:11} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}\n",
+        figures.runs, "rule", "robots", "99 %", "time, s", "way, m", "overlap", "early",
+    );
+    for row in &figures.rows {
+        let middle = |of: fn(&Outcome) -> f32| {
+            let value = quantile_of(&row.runs, 0.5, of).value;
+            if value.is_finite() { format!("{value:.2}") } else { "never".to_owned() }
+        };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "  {:11} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}",
+            row.rule,
+            row.robots,
+            row.count(|run| run.t99_s.is_some()),
+            middle(time_s),
+            middle(way_m),
+            if row.robots > 1 { middle(|run| run.overlap) } else { "–".to_owned() },
+            row.count(|run| run.premature_stop),
+        );
+    }
+    let percent = 100.0 * CONFIDENCE;
+    let _ = writeln!(text, "\nThe thesis' claims, with intervals of {percent:.0} %\n");
+    for claim in figures.claims() {
+        let _ = write!(text, "{claim}");
+    }
+    text
+}
