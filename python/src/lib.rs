@@ -13,6 +13,7 @@ mod radio_law;
 mod simulation;
 mod steered;
 mod table;
+mod threads;
 
 use input::InputError;
 use pyo3::exceptions::PyValueError;

@@ -12,6 +12,7 @@ use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace};
 use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::report::{pictures, report, summary};
 use sim_harness::scenario::{Fidelity, Scenario};
+use units::MissionKind;
 
 use crate::policy::Laws;
 use crate::table::Table;
@@ -36,6 +37,20 @@ pub(crate) fn on_the_host(scenario: &Scenario) -> PyResult<()> {
     Ok(())
 }
 
+/// Refuses a policy of Python for a mission in which no relay asks one.
+pub(crate) fn asks_a_policy(scenario: &Scenario) -> PyResult<()> {
+    let mission = match scenario.mission {
+        MissionKind::Chain => return Ok(()),
+        MissionKind::Swarm => "swarm",
+        MissionKind::Explore => "explore",
+    };
+    let text = format!(
+        "policy: the drones of mission=\"{mission}\" follow no movement policy; leave it out, or give a \
+         scenario with a chain"
+    );
+    Err(pyo3::exceptions::PyValueError::new_err(text))
+}
+
 /// Rounds between two looks whether Python was interrupted.
 const ROUNDS: usize = 64;
 
@@ -53,6 +68,9 @@ pub(crate) fn fly(
     let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
     on_the_host(&scenario)?;
     let is_called = policy.is_some();
+    if is_called {
+        asks_a_policy(&scenario)?;
+    }
     let scenario = if is_called { with_called_law(&scenario) } else { scenario };
     let (world, reference) = py.detach(|| {
         let world = scenario.world();
