@@ -17,6 +17,10 @@ fn flatten(keys: &Bound<'_, PyDict>, above: &str, into: &mut Vec<Setting>) -> Py
     for (key, value) in keys {
         let key = format!("{above}{}", name(above, &key)?);
         match value.cast::<PyDict>() {
+            // A law of the path loss is one whole: it does not mix with that of the file.
+            Ok(_) if above.is_empty() && key == "radio.model" => {
+                into.push(Setting::new(key.clone(), self::value(&key, &value)?));
+            }
             Ok(below) => flatten(below, &format!("{key}."), into)?,
             Err(_) => into.push(Setting::new(key.clone(), self::value(&key, &value)?)),
         }

@@ -26,6 +26,13 @@ def test_a_law_replaces_the_one_that_the_file_names():
         uchain.run("s-turns-5", radio={"walls": "leaky"}, radio_law=law)
 
 
+def test_a_policy_is_called_in_a_scenario_of_the_chain_wide_policy():
+    """The demonstration flies `chain`, which launches by sums that a callable does not get."""
+    own = uchain.run("demo", 3, policy=uchain.Policy("k-tuned"))
+    assert own.metrics == uchain.run("demo", 3, policy="k-tuned").metrics
+    assert own.metrics["launched"] == 3
+
+
 def test_a_table_shows_its_first_rows_and_has_them_one_by_one(short):
     table = uchain.campaign(short, 12, duration_s=5)
     rows = list(table)

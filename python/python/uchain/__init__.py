@@ -152,7 +152,7 @@ def run(
         the tunnel, m/s, positive towards the head, and both of the neighbour behind. It returns the
         relay's forward velocity, m/s. Of a class, an object is made. The filter, the clearance from
         neighbours and the largest speed remain those of the scenario's policy (the key
-        ``policy.name``).
+        ``policy.name``); in place of ``chain``, which works by sums over the whole chain, ``k-tuned``.
     :param timeout_s: the longest time of a call of the policy, in seconds.
     :param keys: other values of keys of the scenario: ``radio={"packet_loss": 0.3}`` or
         ``**{"radio.packet_loss": 0.3}``; and ``radio_law``, a :class:`RadioLaw` in place of the
