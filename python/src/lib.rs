@@ -14,6 +14,7 @@ mod simulation;
 mod steered;
 mod table;
 mod threads;
+mod wake;
 
 use input::InputError;
 use pyo3::exceptions::PyValueError;

@@ -6,7 +6,7 @@
 //!
 //! A call that runs Python is ended by an error that Python raises at its next step. One that waits outside
 //! of Python, such as a sleep or a lock, does not take a step: when it was told in vain, the main thread is
-//! sent a signal, as by Ctrl-C, which ends such waits; for another thread, whoever waits for its mission is
+//! [sent a signal](crate::wake), which ends such waits; for another thread, whoever waits for its mission is
 //! told to wait no longer.
 
 use std::cell::Cell;
@@ -17,6 +17,8 @@ use std::time::Duration;
 
 use pyo3::exceptions::{PyTimeoutError, PyValueError};
 use pyo3::prelude::*;
+
+use crate::wake::wake;
 
 /// The calls that are under way in this process, of whatever campaign: they share the interpreter.
 static UNDER_WAY: AtomicUsize = AtomicUsize::new(0);
@@ -236,31 +238,6 @@ fn interrupt(py: Python<'_>, thread: u64, is_to: impl Fn() -> bool) -> PyResult<
         set.call1((number, error))?;
     }
     Ok(())
-}
-
-/// Sends the main thread the signal of Ctrl-C, if it is that of this number, is to get it, and Python turns
-/// the signal into an error; returns whether the call needs no other help.
-fn wake(
-    py: Python<'_>,
-    thread: u64,
-    is_to: impl Fn() -> bool,
-    is_signalled: impl Fn(),
-) -> PyResult<bool> {
-    let signal = py.import("signal")?;
-    let main = py.import("threading")?.call_method0("main_thread")?.getattr("ident")?;
-    let interrupt = signal.getattr("SIGINT")?;
-    let handler = signal.call_method1("getsignal", (&interrupt,))?;
-    if main.extract::<u64>()? != thread
-        || !handler.is(&signal.getattr("default_int_handler")?)
-        || !signal.hasattr("pthread_kill")?
-    {
-        return Ok(false);
-    }
-    if is_to() {
-        is_signalled();
-        signal.call_method1("pthread_kill", (main, interrupt))?;
-    }
-    Ok(true)
 }
 
 /// Takes back the error that the thread of this number is still to raise, if any.

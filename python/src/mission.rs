@@ -16,6 +16,7 @@ use units::MissionKind;
 
 use crate::policy::Laws;
 use crate::table::Table;
+use crate::wake::Wakeable;
 use crate::{keys, open, value_error};
 
 /// A mission that was flown.
@@ -45,7 +46,7 @@ pub(crate) fn asks_a_policy(scenario: &Scenario) -> PyResult<()> {
         MissionKind::Explore => "explore",
     };
     let text = format!(
-        "policy: the drones of mission=\"{mission}\" follow no movement policy; leave it out, or give a \
+        "the drones of mission=\"{mission}\" follow no movement policy; leave policy= out, or give a \
          scenario with a chain"
     );
     Err(pyo3::exceptions::PyValueError::new_err(text))
@@ -86,6 +87,7 @@ pub(crate) fn fly(
     }
     let mut watch = Watch::new(&scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);
+    let _wakeable = is_called.then(|| Wakeable::new(py));
     let mut rounds = || rounds(&mut mission, &mut watch, &mut trace);
     loop {
         // A policy of Python is called by this thread, which then keeps the interpreter.

@@ -14,6 +14,7 @@ use units::{Branch, Course, MetresPerSecond, Order};
 
 use crate::mission::{asks_a_policy, on_the_host};
 use crate::policy::{Laws, Raised};
+use crate::wake::Wakeable;
 use crate::{keys, open, value_error};
 
 type Held<'a> = Mission<'a>;
@@ -75,6 +76,7 @@ impl Simulation {
     /// Flies so many rounds of 0.2 s, or to the end; returns whether the mission goes on.
     #[pyo3(signature = (rounds = 1))]
     fn step(&self, py: Python<'_>, rounds: u32) -> PyResult<bool> {
+        let _wakeable = self.raised.as_ref().map(|_| Wakeable::new(py));
         let mut goes_on = true;
         for _ in 0..rounds {
             let round = || -> PyResult<bool> {

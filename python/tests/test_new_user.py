@@ -2,6 +2,7 @@
 
 import io
 import math
+import signal
 import subprocess
 import sys
 import threading
@@ -135,6 +136,12 @@ async def later(*_):
             "the policy returned a value of the type coroutine",
             lambda: uchain.run("straight", policy=later),
         ),
+        ("the type int is none of one", lambda: uchain.run(policy=3)),
+        ("compare takes a callable", lambda: uchain.compare("chain", runs=1)),
+        ("compare takes a callable", lambda: uchain.compare(None)),
+        ("the name of a policy is a string", lambda: uchain.compare({1: later})),
+        ("against takes a name", lambda: uchain.compare(later, against=3)),
+        ("runs='3' is no whole number", lambda: uchain.compare(later, runs="3")),
         ("no such weights", lambda: uchain.Simulation(policy=Unmade)),
         ("has 1 distances; give 2 to", lambda: uchain.RadioLaw(flat, distances_m=[1])),
         ("give 0.01 to 10,000 m", lambda: uchain.RadioLaw(flat, distances_m=[-1, 1])),
@@ -154,17 +161,32 @@ def test_arrays_of_numpy_are_lists(short):
     assert own.metrics == uchain.run(short, duration_s=5).metrics
 
 
-def test_a_wait_outside_of_python_is_woken_in_the_main_thread():
-    """A lock that nobody releases; a sleep that is longer than any patience."""
+@pytest.mark.skipif(not hasattr(signal, "SIGURG"), reason="this system has no such signal")
+@pytest.mark.parametrize("of_ctrl_c", [signal.default_int_handler, signal.SIG_IGN])
+def test_a_wait_outside_of_python_is_woken_in_the_main_thread(of_ctrl_c):
+    """A lock that nobody releases; a sleep that is longer than any patience; in the background, too."""
     lock = threading.Lock()
     lock.acquire()
-    for wait in (lambda *_: lock.acquire() or 0.0, lambda *_: time.sleep(60.0) or 0.0):
-        began = time.monotonic()
-        with pytest.raises(TimeoutError, match="the policy took longer than 0.2 s for drone 1"):
-            uchain.run("relay-pair", policy=wait, timeout_s=0.2)
-        assert time.monotonic() - began < 20.0
-        # Nothing of it is left over.
-        time.sleep(0.01)
+    before = signal.getsignal(signal.SIGURG)
+    ctrl_c = signal.signal(signal.SIGINT, of_ctrl_c)
+    waits = [lambda *_: lock.acquire() or 0.0, lambda *_: time.sleep(60.0) or 0.0]
+    try:
+        for wait in waits:
+            began = time.monotonic()
+            simulation = uchain.Simulation("relay-pair", policy=wait, timeout_s=0.2)
+            for fly in (
+                lambda: uchain.run("relay-pair", policy=wait, timeout_s=0.2),
+                lambda: simulation.step(1_000),
+                lambda: uchain.RadioLaw(wait, timeout_s=0.2),
+            ):
+                with pytest.raises(TimeoutError, match="took longer than 0.2 s for"):
+                    fly()
+                # Nothing of it is left over.
+                time.sleep(0.01)
+                assert signal.getsignal(signal.SIGURG) is before
+            assert time.monotonic() - began < 30.0
+    finally:
+        signal.signal(signal.SIGINT, ctrl_c)
 
 
 HANGS = """

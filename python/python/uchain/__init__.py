@@ -285,22 +285,29 @@ def compare(
         that never came. With ``drawn``, a row for each policy, and for each figure its value and the
         limits of its 95 % interval, ``…_low`` and ``…_high``.
     """
+    if not callable(policies) and not isinstance(policies, Mapping):
+        raise TypeError(
+            "compare takes a callable, or a dict of callables by names; give names of built-in policies "
+            "as against="
+        )
     own = list(({"python": policies} if callable(policies) else dict(policies)).items())
-    against = [against] if isinstance(against, str) else list(against)
+    against = _names("against", against)
     for name, policy in own:
+        if not isinstance(name, str):
+            raise TypeError(f"{name!r}: the name of a policy is a string")
         if not callable(policy):
             raise ValueError(f"{name}: this is no callable; give names of built-in policies as against=")
         if name in against:
             raise ValueError(f'"{name}" is a built-in policy; give yours another name')
     if not own and not against:
         raise ValueError("there is no policy to fly; give one or more")
-    if runs < 1:
+    if _whole("runs", runs) < 1:
         raise ValueError(f"runs={runs} is out of range; give 1 or more")
     if threads is not None and threads < 1:
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
     if fidelity not in ("point", "flight"):
         raise ValueError(f'fidelity="{fidelity}" is no level here; give "point" or "flight"')
-    scenarios = [scenarios] if isinstance(scenarios, str) else list(scenarios)
+    scenarios = _names("scenarios", scenarios)
     if drawn and scenarios:
         raise ValueError("drawn places are no scenarios of the benchmark; leave scenarios= or drawn= out")
     seed = _whole("seed", seed)
@@ -325,6 +332,9 @@ def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
         return policy, keys
     if isinstance(policy, Mapping):
         return None, {**keys, "policy": dict(policy)}
+    if not isinstance(policy, str):
+        kind = type(policy).__name__
+        raise TypeError(f"policy: the type {kind} is none of one; give a name, a callable, or a class of callables")
     return None, {**keys, "policy.name": policy}
 
 
@@ -359,12 +369,21 @@ def _flat(keys: Mapping[str, Any], above: str = "") -> Dict[str, Any]:
     return flat
 
 
+def _names(name: str, given: Any) -> list:
+    """A list of names, of which a single one is given as it is."""
+    if isinstance(given, str):
+        return [given]
+    if not hasattr(given, "__iter__") or not all(isinstance(it, str) for it in given):
+        raise TypeError(f"{name} takes a name, or a list of names")
+    return list(given)
+
+
 def _whole(name: str, value: Any) -> int:
     """A seed, which has 64 bits."""
     try:
         whole = _operator.index(value)
     except TypeError:
-        raise TypeError(f"{name}={value!r} is no whole number; give one of 0 or more") from None
+        raise TypeError(f"{name}={value!r} is no whole number; give one") from None
     if not 0 <= whole < 2**64:
         raise ValueError(f"{name}={whole} is out of range; give a whole number from 0 to 2**64 - 1")
     return whole
