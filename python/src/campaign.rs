@@ -12,7 +12,7 @@ use pyo3::types::PyDict;
 use sim_harness::measure::campaign::grid::{self, Axis};
 use sim_harness::measure::campaign::{CHUNK, COLUMNS, Cell, Column, Kind, Place, Row};
 use sim_harness::mission::with_called_law;
-use sim_harness::scenario::Setting;
+use sim_harness::scenario::{Scenario, Setting};
 use toml::Value;
 
 use crate::mission::{asks_a_policy, on_the_host};
@@ -41,13 +41,7 @@ pub(crate) fn fly_campaign(
     let laws = policy.map(|(policy, timeout_s)| Laws::new(py, policy, timeout_s)).transpose()?;
     let scenarios = points.iter().map(|point| {
         let settings = settings.iter().chain(point).cloned().collect();
-        let scenario = open(scenario, settings).map_err(value_error)?;
-        on_the_host(&scenario)?;
-        if laws.is_none() {
-            return Ok(scenario);
-        }
-        asks_a_policy(&scenario)?;
-        Ok(with_called_law(&scenario))
+        flown(scenario, settings, laws.is_some())
     });
     let scenarios = scenarios.collect::<PyResult<Vec<_>>>()?;
     let total = scenarios.len().saturating_mul(seeds.len());
@@ -55,18 +49,18 @@ pub(crate) fn fly_campaign(
     let told = Told { raised, limits: laws.iter().map(Laws::limit).collect(), progress, total };
     let batches = on_threads(py, threads, told, move |work| {
         let stop = work.stop();
-        let flown = |_: &Row| work.count_one();
+        let count = |_: &Row| work.count_one();
         let mut table = Rows::new(&axes, &points);
         for (n, scenario) in scenarios.iter().enumerate() {
             let place = Place::new(scenario, n);
             for chunk in seeds.chunks(CHUNK) {
                 let rows = match &laws {
-                    None => place.fly(stop, chunk, flown),
+                    None => place.fly(stop, chunk, count),
                     Some(laws) => place.fly_with(
                         |mission, seed| mission.by_law(laws.law(format!(" of seed {seed}"))),
                         stop,
                         chunk,
-                        flown,
+                        count,
                     ),
                 };
                 table.add(&rows)?;
@@ -78,6 +72,17 @@ pub(crate) fn fly_campaign(
         Ok(table.batches)
     })?;
     Table::of(batches)
+}
+
+/// The scenario that is flown with these settings, by a policy of Python or its own.
+fn flown(scenario: &str, settings: Vec<Setting>, is_called: bool) -> PyResult<Scenario> {
+    let scenario = open(scenario, settings).map_err(value_error)?;
+    on_the_host(&scenario)?;
+    if !is_called {
+        return Ok(scenario);
+    }
+    asks_a_policy(&scenario)?;
+    Ok(with_called_law(&scenario))
 }
 
 pub(crate) fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<Axis>> {

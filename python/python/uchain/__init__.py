@@ -221,7 +221,10 @@ def campaign(
         raise ValueError('"policy" stands for "policy.name"; give one of them')
     vary = {"policy.name" if key == "policy" else key: values for key, values in vary.items()}
     for key, values in vary.items():
-        if any(callable(value) for value in values if key == "policy.name"):
+        if isinstance(values, str) or not hasattr(values, "__iter__"):
+            raise ValueError(f"{key}: vary takes a list of values for each key")
+        vary[key] = values = list(values)
+        if key == "policy.name" and any(map(callable, values)):
             raise ValueError("policy: vary takes names of built-in policies; give a callable as policy=")
         if key in _flat(keys):
             raise ValueError(f"{key}: this key is varied and given, too; give it once")
