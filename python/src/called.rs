@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use pyo3::call::PyCallArgs;
-use pyo3::exceptions::{PyTimeoutError, PyValueError};
+use pyo3::exceptions::{PyTimeoutError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::limit::{Clock, Limit};
@@ -40,12 +40,29 @@ impl Called {
             );
             return Err(PyTimeoutError::new_err(text));
         }
-        let number: f32 = returned?.extract()?;
+        let returned = returned?;
+        let number =
+            returned.extract::<f32>().map_err(|error| self.no_number(&returned, &of(), error))?;
         if number.is_finite() {
             return Ok(number);
         }
         let text =
             format!("the {} returned {number} for {}; give a finite number", self.kind, of());
         Err(PyValueError::new_err(text))
+    }
+
+    /// The error for a value that is no number; another error of its conversion comes out as it is.
+    fn no_number(&self, returned: &Bound<'_, PyAny>, of: &str, error: PyErr) -> PyErr {
+        let py = returned.py();
+        let Ok(kind) = returned.get_type().name() else { return error };
+        if !error.is_instance_of::<PyTypeError>(py) {
+            return error;
+        }
+        let kind = match returned.is_none() {
+            true => "None".to_owned(),
+            false => format!("a value of the type {kind}"),
+        };
+        let text = format!("the {} returned {kind} for {of}; give a number", self.kind);
+        PyTypeError::new_err(text)
     }
 }

@@ -1,35 +1,30 @@
 //! Many missions, on all cores.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, ScopedJoinHandle};
-use std::time::Duration;
 
 use arrow_array::{
     ArrayRef, BooleanArray, Float32Array, Float64Array, Int64Array, RecordBatch, StringArray,
     UInt32Array, UInt64Array,
 };
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::ThreadBuilder;
 use sim_harness::measure::campaign::grid::{self, Axis};
 use sim_harness::measure::campaign::{CHUNK, COLUMNS, Cell, Column, Kind, Place, Row};
 use sim_harness::mission::with_called_law;
-use sim_harness::scenario::Setting;
+use sim_harness::scenario::{Scenario, Setting};
 use toml::Value;
 
-use crate::mission::on_the_host;
-use crate::policy::{Laws, Raised};
+use crate::mission::{asks_a_policy, on_the_host};
+use crate::policy::Laws;
 use crate::table::{Table, batch};
+use crate::threads::{Told, on_threads};
 use crate::{keys, open, value_error};
 
-/// How long the main thread sleeps between two looks whether Python was interrupted.
-const NAP: Duration = Duration::from_millis(10);
-
 /// Flies the missions of these seeds at every place of the grid, with the policy of Python if there is
-/// one.
+/// one. `progress` is told how many missions of how many are flown.
 #[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "they are those of the function in Python")]
 pub(crate) fn fly_campaign(
     py: Python<'_>,
     scenario: &str,
@@ -38,6 +33,7 @@ pub(crate) fn fly_campaign(
     threads: usize,
     policy: Option<(Py<PyAny>, f64)>,
     keys: &Bound<'_, PyDict>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Table> {
     let settings = keys::settings(keys)?;
     let axes = axes(vary)?;
@@ -45,24 +41,26 @@ pub(crate) fn fly_campaign(
     let laws = policy.map(|(policy, timeout_s)| Laws::new(py, policy, timeout_s)).transpose()?;
     let scenarios = points.iter().map(|point| {
         let settings = settings.iter().chain(point).cloned().collect();
-        let scenario = open(scenario, settings).map_err(value_error)?;
-        on_the_host(&scenario)?;
-        Ok(if laws.is_some() { with_called_law(&scenario) } else { scenario })
+        flown(scenario, settings, laws.is_some())
     });
     let scenarios = scenarios.collect::<PyResult<Vec<_>>>()?;
+    let total = scenarios.len().saturating_mul(seeds.len());
     let raised = laws.as_ref().map(Laws::raised).unwrap_or_default();
-    let batches = on_threads(py, threads, &raised, |stop| {
+    let told = Told { raised, limits: laws.iter().map(Laws::limit).collect(), progress, total };
+    let batches = on_threads(py, threads, told, move |work| {
+        let stop = work.stop();
+        let count = |_: &Row| work.count_one();
         let mut table = Rows::new(&axes, &points);
         for (n, scenario) in scenarios.iter().enumerate() {
             let place = Place::new(scenario, n);
             for chunk in seeds.chunks(CHUNK) {
                 let rows = match &laws {
-                    None => place.fly(stop, chunk, |_| ()),
+                    None => place.fly(stop, chunk, count),
                     Some(laws) => place.fly_with(
                         |mission, seed| mission.by_law(laws.law(format!(" of seed {seed}"))),
                         stop,
                         chunk,
-                        |_| (),
+                        count,
                     ),
                 };
                 table.add(&rows)?;
@@ -76,6 +74,17 @@ pub(crate) fn fly_campaign(
     Table::of(batches)
 }
 
+/// The scenario that is flown with these settings, by a policy of Python or its own.
+fn flown(scenario: &str, settings: Vec<Setting>, is_called: bool) -> PyResult<Scenario> {
+    let scenario = open(scenario, settings).map_err(value_error)?;
+    on_the_host(&scenario)?;
+    if !is_called {
+        return Ok(scenario);
+    }
+    asks_a_policy(&scenario)?;
+    Ok(with_called_law(&scenario))
+}
+
 pub(crate) fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<Axis>> {
     let axis = |(key, values): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
         let key: String = key.extract()?;
@@ -86,46 +95,6 @@ pub(crate) fn axes(vary: &Bound<'_, PyDict>) -> PyResult<Vec<Axis>> {
         Axis::new(key.clone(), values.collect::<PyResult<_>>()?).map_err(value_error)
     };
     vary.iter().map(axis).collect()
-}
-
-/// Does the work on so many other threads, while this one looks whether Python was interrupted. The work
-/// ends early where the flag is set: by an interrupt, or when a policy has raised something, which then
-/// comes out.
-pub(crate) fn on_threads<T: Send>(
-    py: Python<'_>,
-    threads: usize,
-    raised: &Raised,
-    work: impl FnOnce(&AtomicBool) -> PyResult<T> + Send,
-) -> PyResult<T> {
-    let stop = AtomicBool::new(false);
-    // Each thread stays known to Python: to be made known for each call would take longer than the call.
-    let known = |thread: ThreadBuilder| Python::attach(|py| py.detach(|| thread.run()));
-    let done = py.detach(|| {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build_scoped(known, |pool| {
-            thread::scope(|scope| {
-                let working = scope.spawn(|| pool.install(|| work(&stop)));
-                let interrupt = wait(&working, raised, &stop);
-                let done = working.join();
-                interrupt?;
-                done.map_err(|_| PyRuntimeError::new_err("a mission panicked: this is a defect"))?
-            })
-        })
-    });
-    raised.take()?;
-    done.map_err(|error| PyRuntimeError::new_err(error.to_string()))?
-}
-
-/// Waits until the work is done; sets the flag at an interrupt, which is returned, and after an error.
-fn wait<T>(working: &ScopedJoinHandle<'_, T>, raised: &Raised, stop: &AtomicBool) -> PyResult<()> {
-    let mut interrupt = Ok(());
-    while !working.is_finished() {
-        thread::sleep(NAP);
-        interrupt = interrupt.and_then(|()| Python::attach(|py| py.check_signals()));
-        if interrupt.is_err() || raised.is_set() {
-            stop.store(true, Ordering::Relaxed);
-        }
-    }
-    interrupt
 }
 
 /// The table of a campaign while its rows come, piece by piece, so that they need not wait in memory as

@@ -1,7 +1,7 @@
 //! A movement policy of Python beside built-in ones, by the measures of `uchain bench chain`.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 use arrow_array::{ArrayRef, Float64Array, StringArray, UInt32Array};
 use input::InputError;
@@ -9,9 +9,9 @@ use pyo3::prelude::*;
 use sim_harness::bench::chain::{Contender, drawn, measure};
 use sim_harness::scenario::Fidelity;
 
-use crate::campaign::on_threads;
 use crate::policy::{Laws, Raised};
 use crate::table::Table;
+use crate::threads::{Told, Work, on_threads};
 use crate::value_error;
 
 /// What is compared: the scenarios of the benchmark, or places that the seeds draw.
@@ -36,6 +36,7 @@ pub(crate) fn fly_comparison(
     fidelity: &str,
     threads: usize,
     timeout_s: f64,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Table> {
     let fidelity = match fidelity {
         "flight" => Fidelity::Flight,
@@ -43,36 +44,39 @@ pub(crate) fn fly_comparison(
     };
     let raised = Raised::default();
     let mut policies = Vec::new();
+    let mut limits = Vec::new();
     for (name, policy) in own {
         let laws = Laws::told(py, policy, timeout_s, raised.clone())?;
+        limits.push(laws.limit());
         let law = move |seed| laws.law(format!(" of seed {seed}"));
         policies.push(Contender::Called { name, law: Arc::new(law) });
     }
     policies.extend(Contender::all(&built_in).map_err(value_error)?);
     let asked = Asked { runs, seed, fidelity };
-    on_threads(py, threads, &raised, |stop| match is_drawn {
-        true => of_places(asked, policies, stop),
-        false => of_scenarios(asked, scenarios, policies, stop),
-    })
+    if is_drawn {
+        let total = runs.saturating_mul(policies.len());
+        let told = Told { raised, limits, progress, total };
+        return on_threads(py, threads, told, move |work| of_places(asked, policies, work));
+    }
+    let Asked { runs, seed, fidelity } = asked;
+    let choice = measure::Choice { scenarios, policies, runs, seed, fidelity, radio: None };
+    let total = measure::count(&choice).map_err(value_error)?;
+    let told = Told { raised, limits, progress, total };
+    on_threads(py, threads, told, move |work| of_scenarios(&choice, work))
 }
 
-/// An error once the work is to end. The caller drops it, and returns what Python raised instead.
-fn go_on(stop: &AtomicBool) -> Result<(), InputError> {
-    match stop.load(Ordering::Relaxed) {
+/// Counts a mission; an error once the work is to end. The caller drops it, and returns what Python raised instead.
+fn go_on(work: &Work) -> Result<(), InputError> {
+    work.count_one();
+    match work.stop().load(Ordering::Relaxed) {
         false => Ok(()),
         true => Err(InputError::new("the comparison was stopped", "begin it again")),
     }
 }
 
 /// A row for each scenario and policy, with the figures that matter in the scenario.
-fn of_scenarios(
-    Asked { runs, seed, fidelity }: Asked,
-    scenarios: Vec<String>,
-    policies: Vec<Contender>,
-    stop: &AtomicBool,
-) -> PyResult<Table> {
-    let choice = measure::Choice { scenarios, policies, runs, seed, fidelity, radio: None };
-    let rows = measure::run(&choice, None, || go_on(stop)).map_err(value_error)?;
+fn of_scenarios(choice: &measure::Choice, work: &Work) -> PyResult<Table> {
+    let rows = measure::run(choice, None, || go_on(work)).map_err(value_error)?;
     let mut columns: Vec<(String, ArrayRef)> = Vec::new();
     let names = rows.iter().map(|row| Some(row.scenario));
     columns.push(("scenario".into(), Arc::new(StringArray::from_iter(names))));
@@ -101,10 +105,10 @@ fn of_scenarios(
 fn of_places(
     Asked { runs, seed, fidelity }: Asked,
     policies: Vec<Contender>,
-    stop: &AtomicBool,
+    work: &Work,
 ) -> PyResult<Table> {
     let choice = drawn::measure::Choice { places: runs, seed, fidelity, policies };
-    let rows = drawn::measure::run(&choice, || go_on(stop)).map_err(value_error)?;
+    let rows = drawn::measure::run(&choice, || go_on(work)).map_err(value_error)?;
     let totals = drawn::totals(&choice, &rows);
     let mut columns: Vec<(String, ArrayRef)> = Vec::new();
     let names = totals.iter().map(|totals| Some(totals.policy.as_str()));

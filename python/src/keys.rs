@@ -15,8 +15,12 @@ pub(crate) fn settings(keys: &Bound<'_, PyDict>) -> PyResult<Vec<Setting>> {
 
 fn flatten(keys: &Bound<'_, PyDict>, above: &str, into: &mut Vec<Setting>) -> PyResult<()> {
     for (key, value) in keys {
-        let key = format!("{above}{}", key.extract::<String>()?);
+        let key = format!("{above}{}", name(above, &key)?);
         match value.cast::<PyDict>() {
+            // A law of the path loss is one whole: it does not mix with that of the file.
+            Ok(_) if above.is_empty() && key == "radio.model" => {
+                into.push(Setting::new(key.clone(), self::value(&key, &value)?));
+            }
             Ok(below) => flatten(below, &format!("{key}."), into)?,
             Err(_) => into.push(Setting::new(key.clone(), self::value(&key, &value)?)),
         }
@@ -31,7 +35,10 @@ pub(crate) fn value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
         return Ok(Value::Boolean(flag.is_true()));
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(Value::Integer(value.extract()?));
+        let whole = value.extract().map_err(|_| {
+            PyValueError::new_err(format!("{key}={value} is out of range; give a smaller number"))
+        })?;
+        return Ok(Value::Integer(whole));
     }
     if value.is_instance_of::<PyFloat>() {
         return Ok(Value::Float(value.extract()?));
@@ -46,14 +53,17 @@ pub(crate) fn value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
     if let Ok(dict) = value.cast::<PyDict>() {
         let each = dict
             .iter()
-            .map(|(name, entry)| Ok((name.extract::<String>()?, self::value(key, &entry)?)));
+            .map(|(name, entry)| Ok((self::name(key, &name)?, self::value(key, &entry)?)));
         return Ok(Value::Table(each.collect::<PyResult<_>>()?));
     }
-    // The numbers of numpy, which are neither. Others have a method of that name that gives no number.
-    if let Ok(number) = value.call_method0("item")
-        && (number.is_instance_of::<PyInt>() || number.is_instance_of::<PyFloat>())
+    // The numbers and arrays of numpy, which are none of these. Others have methods of that name that
+    // give something else.
+    if let Ok(plain) = value.call_method0("tolist")
+        && (plain.is_instance_of::<PyInt>()
+            || plain.is_instance_of::<PyFloat>()
+            || plain.is_instance_of::<PyList>())
     {
-        return self::value(key, &number);
+        return self::value(key, &plain);
     }
     let kind = value.get_type().name()?;
     let text = format!(
@@ -61,4 +71,12 @@ pub(crate) fn value(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Value> {
                         string, a bool, a list or a dict"
     );
     Err(PyValueError::new_err(text))
+}
+
+/// The name of a key within this one.
+fn name(above: &str, key: &Bound<'_, PyAny>) -> PyResult<String> {
+    key.extract().map_err(|_| {
+        let place = if above.is_empty() { "the scenario" } else { above.trim_end_matches('.') };
+        PyValueError::new_err(format!("{key} in {place}: the name of a key is a string"))
+    })
 }

@@ -13,6 +13,8 @@ mod radio_law;
 mod simulation;
 mod steered;
 mod table;
+mod threads;
+mod wake;
 
 use input::InputError;
 use pyo3::exceptions::PyValueError;

@@ -3,9 +3,14 @@
 //! One thread at a time runs Python, so a call also waits while other missions' calls run. Those waits
 //! are not the call's own time: of each nap of the watch, every call under way is charged an equal share.
 //! The calls themselves only count up a number, so that the limit costs them nearly nothing.
+//!
+//! A call that runs Python is ended by an error that Python raises at its next step. One that waits outside
+//! of Python, such as a sleep or a lock, does not take a step: when it was told in vain, the main thread is
+//! [sent a signal](crate::wake), which ends such waits; for another thread, whoever waits for its mission is
+//! told to wait no longer.
 
 use std::cell::Cell;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread::{self, Thread};
 use std::time::Duration;
@@ -13,8 +18,13 @@ use std::time::Duration;
 use pyo3::exceptions::{PyTimeoutError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::wake::wake;
+
 /// The calls that are under way in this process, of whatever campaign: they share the interpreter.
 static UNDER_WAY: AtomicUsize = AtomicUsize::new(0);
+
+/// How often a call is told that it took too long before it counts as one that hangs outside of Python.
+const TELLINGS: u32 = 3;
 
 /// The longest time of a call, and the clocks of those who call.
 pub(crate) struct Limit {
@@ -22,6 +32,8 @@ pub(crate) struct Limit {
     clocks: Mutex<Vec<Watched>>,
     /// The thread that watches.
     watch: Mutex<Option<Thread>>,
+    /// Whether a call of a thread that no signal reaches hangs.
+    hangs: AtomicBool,
 }
 
 /// A clock with what the watch knows of it.
@@ -29,8 +41,10 @@ struct Watched {
     clock: Weak<Clock>,
     /// The clock's count at the last look.
     count: u64,
-    /// How long the call under way has taken.
+    /// How long the call under way has taken since it began, or since it was told last.
     taken: Duration,
+    /// How often the call under way was told that it took too long.
+    told: u32,
 }
 
 /// The clock of one who makes one call after the other.
@@ -42,6 +56,8 @@ pub(crate) struct Clock {
     caller: AtomicU64,
     /// The count during the last call that took too long; zero before there is one.
     late: AtomicU64,
+    /// Whether that call was sent a signal.
+    signalled: AtomicBool,
 }
 
 impl Limit {
@@ -53,7 +69,8 @@ impl Limit {
             PyValueError::new_err(text)
         })?;
         let (clocks, watch) = (Mutex::new(Vec::new()), Mutex::new(None));
-        let limit = Arc::new(Self { longest, clocks, watch });
+        let hangs = AtomicBool::new(false);
+        let limit = Arc::new(Self { longest, clocks, watch, hangs });
         let watched = Arc::downgrade(&limit);
         let nap = (longest / 10).clamp(Duration::from_millis(1), Duration::from_millis(100));
         let watch = thread::Builder::new().spawn(move || {
@@ -72,10 +89,22 @@ impl Limit {
         self.longest.as_secs_f64()
     }
 
+    /// The error of a call that goes on though it was told, in a thread that no signal reaches, if there
+    /// is one: it can only be left alone.
+    pub(crate) fn hanging(&self) -> Option<PyErr> {
+        let text = format!(
+            "a call of the policy took longer than {} s, and waits for something outside of Python, so \
+             that it cannot be ended; give what it waits for a limit of time",
+            self.seconds()
+        );
+        self.hangs.load(Ordering::Relaxed).then(|| PyTimeoutError::new_err(text))
+    }
+
     /// A new clock, which is watched as long as it is kept.
     pub(crate) fn clock(&self) -> Arc<Clock> {
         let clock = Arc::new(Clock::default());
-        let watched = Watched { clock: Arc::downgrade(&clock), count: 0, taken: Duration::ZERO };
+        let watched =
+            Watched { clock: Arc::downgrade(&clock), count: 0, taken: Duration::ZERO, told: 0 };
         self.clocks.lock().unwrap_or_else(PoisonError::into_inner).push(watched);
         clock
     }
@@ -89,13 +118,17 @@ impl Limit {
         clocks.retain_mut(|watched| {
             let Some(clock) = watched.clock.upgrade() else { return false };
             if watched.passes(&clock, share, self.longest) {
-                late.push(clock);
+                late.push((clock, watched.told >= TELLINGS));
             }
             true
         });
         drop(clocks);
         // A caller that has the interpreter may want the list of clocks.
-        late.iter().for_each(|clock| clock.end());
+        for (clock, is_hanging) in late {
+            if !clock.end(is_hanging) && is_hanging {
+                self.hangs.store(true, Ordering::Relaxed);
+            }
+        }
     }
 }
 
@@ -112,7 +145,7 @@ impl Watched {
     fn passes(&mut self, clock: &Clock, share: Duration, longest: Duration) -> bool {
         let count = clock.count.load(Ordering::Acquire);
         if count.is_multiple_of(2) || count != self.count {
-            (self.count, self.taken) = (count, Duration::ZERO);
+            (self.count, self.taken, self.told) = (count, Duration::ZERO, 0);
             return false;
         }
         self.taken += share;
@@ -121,6 +154,7 @@ impl Watched {
         }
         // One that goes on after its interruption is told again when it has taken as long once more.
         self.taken = Duration::ZERO;
+        self.told = self.told.saturating_add(1);
         clock.late.store(count, Ordering::Release);
         true
     }
@@ -144,16 +178,32 @@ impl Clock {
         if is_late {
             // Where the call ended by itself at that moment, the interruption is still to come.
             take_back(py, self.caller.load(Ordering::Relaxed))?;
+            if self.signalled.swap(false, Ordering::Relaxed) {
+                // So may its signal, of which this thread is to hear nothing more.
+                let _ = py.check_signals();
+            }
         }
         Ok(is_late)
     }
 
     /// Raises an error in the thread of the call that takes too long, if it is still under way, so that
-    /// a loop without end ends. One that sleeps outside of Python hears it when it comes back.
-    fn end(&self) {
+    /// a loop without end ends. One that waits outside of Python hears it when it comes back; where it is
+    /// to be woken, and the main thread waits, that is sent a signal. Returns whether the call has heard of
+    /// it, or will.
+    fn end(&self, is_to_wake: bool) -> bool {
         let is_late = || self.count.load(Ordering::Acquire) == self.late.load(Ordering::Acquire);
-        // Without ctypes the call is told when it returns.
-        let _ = Python::attach(|py| interrupt(py, self.caller.load(Ordering::Relaxed), is_late));
+        let caller = self.caller.load(Ordering::Relaxed);
+        Python::attach(|py| {
+            // Without ctypes the call is told when it returns.
+            let _ = interrupt(py, caller, is_late);
+            if !is_to_wake {
+                return true;
+            }
+            let is_signalled = || {
+                self.signalled.store(true, Ordering::Relaxed);
+            };
+            wake(py, caller, is_late, is_signalled).unwrap_or(false)
+        })
     }
 }
 

@@ -12,9 +12,11 @@ use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace};
 use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::report::{pictures, report, summary};
 use sim_harness::scenario::{Fidelity, Scenario};
+use units::MissionKind;
 
 use crate::policy::Laws;
 use crate::table::Table;
+use crate::wake::Wakeable;
 use crate::{keys, open, value_error};
 
 /// A mission that was flown.
@@ -36,6 +38,20 @@ pub(crate) fn on_the_host(scenario: &Scenario) -> PyResult<()> {
     Ok(())
 }
 
+/// Refuses a policy of Python for a mission in which no relay asks one.
+pub(crate) fn asks_a_policy(scenario: &Scenario) -> PyResult<()> {
+    let mission = match scenario.mission {
+        MissionKind::Chain => return Ok(()),
+        MissionKind::Swarm => "swarm",
+        MissionKind::Explore => "explore",
+    };
+    let text = format!(
+        "the drones of mission=\"{mission}\" follow no movement policy; leave policy= out, or give a \
+         scenario with a chain"
+    );
+    Err(pyo3::exceptions::PyValueError::new_err(text))
+}
+
 /// Rounds between two looks whether Python was interrupted.
 const ROUNDS: usize = 64;
 
@@ -53,6 +69,9 @@ pub(crate) fn fly(
     let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
     on_the_host(&scenario)?;
     let is_called = policy.is_some();
+    if is_called {
+        asks_a_policy(&scenario)?;
+    }
     let scenario = if is_called { with_called_law(&scenario) } else { scenario };
     let (world, reference) = py.detach(|| {
         let world = scenario.world();
@@ -68,6 +87,7 @@ pub(crate) fn fly(
     }
     let mut watch = Watch::new(&scenario, &world, &reference);
     let mut trace = mission.begin_trace(seed);
+    let _wakeable = is_called.then(|| Wakeable::new(py));
     let mut rounds = || rounds(&mut mission, &mut watch, &mut trace);
     loop {
         // A policy of Python is called by this thread, which then keeps the interpreter.

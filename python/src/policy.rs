@@ -14,7 +14,13 @@ use units::{Db, Dbm, MetresPerSecond};
 use crate::called::Called;
 use crate::limit::Limit;
 
-/// A built-in movement policy as a function.
+/// A built-in movement policy as a function: `Policy(name)(drone, front_dbm, front_mps, back_dbm,
+/// back_mps)`.
+///
+/// It is called as a policy of Python is, with the relay's number (which has no effect), the filtered
+/// strength of the link to the neighbour in front, dBm, that neighbour's velocity along the tunnel, m/s,
+/// positive towards the head, and both of the neighbour behind, and returns the relay's velocity towards
+/// the head, m/s. `loss_at_1m_db` is the loss over the first metre that it assumes, dB.
 #[pyclass(frozen, module = "uchain")]
 pub(crate) struct Policy {
     config: PolicyConfig,
@@ -64,7 +70,8 @@ impl Raised {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
     }
 
-    fn set(&self, error: PyErr) {
+    /// Keeps an error, if there is none yet.
+    pub(crate) fn set(&self, error: PyErr) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
     }
 }
@@ -110,6 +117,11 @@ impl Laws {
     ) -> PyResult<Self> {
         let is_class = policy.bind(py).is_instance_of::<PyType>();
         Ok(Self { policy, is_class, limit: Limit::new(timeout_s)?, idle: Idle::default(), raised })
+    }
+
+    /// The limit on the time of its calls.
+    pub(crate) fn limit(&self) -> Arc<Limit> {
+        Arc::clone(&self.limit)
     }
 
     /// What the callable has raised.

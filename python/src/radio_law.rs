@@ -4,6 +4,7 @@ use pyo3::prelude::*;
 
 use crate::called::Called;
 use crate::limit::Limit;
+use crate::wake::Wakeable;
 
 /// The losses by a callable at these distances, with a row for each number of walls from none on.
 #[pyfunction]
@@ -15,6 +16,7 @@ pub(crate) fn tabulate(
     timeout_s: f64,
 ) -> PyResult<Vec<Vec<f32>>> {
     let called = Called::new("radio law", law, &Limit::new(timeout_s)?);
+    let _wakeable = Wakeable::new(py);
     let row = |walls: u32| {
         let loss = |distance: &f64| {
             let of = || format!("{distance} m and {walls} walls");

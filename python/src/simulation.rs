@@ -12,8 +12,9 @@ use sim_harness::mission::{Mission, with_called_law};
 use sim_harness::scenario::Scenario;
 use units::{Branch, Course, MetresPerSecond, Order};
 
-use crate::mission::on_the_host;
+use crate::mission::{asks_a_policy, on_the_host};
 use crate::policy::{Laws, Raised};
+use crate::wake::Wakeable;
 use crate::{keys, open, value_error};
 
 type Held<'a> = Mission<'a>;
@@ -51,6 +52,11 @@ impl Simulation {
         let called = laws.map(|laws| (laws.law(String::new()), laws.raised()));
         let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
         on_the_host(&scenario)?;
+        if let Some((_, raised)) = &called {
+            asks_a_policy(&scenario)?;
+            // What the constructor of a class has raised.
+            raised.take()?;
+        }
         let scenario = if called.is_some() { with_called_law(&scenario) } else { scenario };
         let world = py.detach(|| scenario.world());
         let (law, raised) = called.unzip();
@@ -70,6 +76,7 @@ impl Simulation {
     /// Flies so many rounds of 0.2 s, or to the end; returns whether the mission goes on.
     #[pyo3(signature = (rounds = 1))]
     fn step(&self, py: Python<'_>, rounds: u32) -> PyResult<bool> {
+        let _wakeable = self.raised.as_ref().map(|_| Wakeable::new(py));
         let mut goes_on = true;
         for _ in 0..rounds {
             let round = || -> PyResult<bool> {
@@ -88,6 +95,15 @@ impl Simulation {
             }
         }
         Ok(goes_on)
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let flight = self.held()?;
+        let name = flight.borrow_owner().0.name.clone();
+        let (time, is_over) =
+            flight.with_dependent(|_, mission| (mission.time_us() as f64 / 1e6, mission.is_over()));
+        let end = if is_over { ", over" } else { "" };
+        Ok(format!("<uchain.Simulation {name} at {time} s{end}>"))
     }
 
     /// Seconds since the start.

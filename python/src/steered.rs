@@ -12,7 +12,7 @@ use sim_harness::scenario::Scenario;
 use units::MetresPerSecond;
 use world::World;
 
-use crate::mission::on_the_host;
+use crate::mission::{asks_a_policy, on_the_host};
 use crate::{keys, open, value_error};
 
 /// The values that are observed of each relay: see `OBSERVED` in `uchain/env.py`, which names them.
@@ -61,6 +61,7 @@ impl Steered {
         let settings = keys::settings(keys)?;
         let scenario = py.detach(|| open(scenario, settings)).map_err(value_error)?;
         on_the_host(&scenario)?;
+        asks_a_policy(&scenario)?;
         let max_speed_mps = scenario.agent.policy.max_speed.0;
         let count = scenario.drones.relays;
         if count == 0 {

@@ -10,7 +10,7 @@ use arrow_array::{
 use arrow_schema::{DataType, Field, Schema};
 use pyo3::exceptions::{PyKeyError, PyRuntimeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyCapsule, PyDict, PyList};
+use pyo3::types::{PyCapsule, PyDict, PyIterator, PyList};
 
 /// A table with named columns.
 #[pyclass(frozen, module = "uchain")]
@@ -104,6 +104,49 @@ impl Table {
             dict.set_item(field.name(), self.list(py, column)?)?;
         }
         Ok(dict)
+    }
+
+    /// The table of the first rows.
+    #[pyo3(signature = (rows = 5))]
+    fn head(&self, rows: usize) -> Self {
+        let mut left = rows;
+        let mut batches = Vec::new();
+        for batch in &self.batches {
+            let taken = batch.slice(0, left.min(batch.num_rows()));
+            left -= taken.num_rows();
+            batches.push(taken);
+        }
+        Self { schema: Arc::clone(&self.schema), batches }
+    }
+
+    /// The names of the columns that have no value in any row.
+    #[getter]
+    fn empty_columns(&self) -> Vec<String> {
+        let is_empty = |n: usize| {
+            self.batches.iter().all(|batch| batch.column(n).null_count() == batch.num_rows())
+        };
+        let fields = self.schema.fields().iter().enumerate();
+        fields.filter(|(n, _)| is_empty(*n)).map(|(_, field)| field.name().clone()).collect()
+    }
+
+    /// What a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("uchain.notebook")?.call_method1("table_html", (slf,))
+    }
+
+    /// The rows, one after the other, as dicts by the names of the columns.
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        let names = self.column_names();
+        let columns = (0..names.len()).map(|column| self.list(py, column));
+        let columns = columns.collect::<PyResult<Vec<_>>>()?;
+        let rows = (0..self.__len__()).map(|row| {
+            let dict = PyDict::new(py);
+            for (name, column) in names.iter().zip(&columns) {
+                dict.set_item(name, column.get_item(row)?)?;
+            }
+            Ok(dict)
+        });
+        PyList::new(py, rows.collect::<PyResult<Vec<_>>>()?)?.try_iter()
     }
 
     fn __repr__(&self) -> String {

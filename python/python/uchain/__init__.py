@@ -15,9 +15,10 @@ from pandas 3.0 on, and needs pyarrow.
 from __future__ import annotations
 
 import json as _json
+import operator as _operator
 import os as _os
 from pathlib import Path as _Path
-from typing import Any, Callable, Iterable, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterable, Mapping, Optional, Sequence, Union
 
 from . import cluster as _cluster
 from ._uchain import Policy, Simulation as _Simulation, Table, __version__
@@ -27,6 +28,7 @@ from ._uchain import fly_comparison as _fly_comparison
 from ._uchain import options as _options
 from ._uchain import scenarios as _scenarios
 from .cluster import read
+from .progress import Bar as _Bar
 from .radio import RadioLaw
 
 __all__ = [
@@ -118,7 +120,7 @@ class Simulation(_Simulation):
         return super().__new__(
             cls,
             _os.fspath(scenario),
-            seed,
+            _whole("seed", seed),
             policy=callback,
             live=live,
             timeout_s=timeout_s,
@@ -150,7 +152,7 @@ def run(
         the tunnel, m/s, positive towards the head, and both of the neighbour behind. It returns the
         relay's forward velocity, m/s. Of a class, an object is made. The filter, the clearance from
         neighbours and the largest speed remain those of the scenario's policy (the key
-        ``policy.name``).
+        ``policy.name``); in place of ``chain``, which works by sums over the whole chain, ``k-tuned``.
     :param timeout_s: the longest time of a call of the policy, in seconds.
     :param keys: other values of keys of the scenario: ``radio={"packet_loss": 0.3}`` or
         ``**{"radio.packet_loss": 0.3}``; and ``radio_law``, a :class:`RadioLaw` in place of the
@@ -159,6 +161,7 @@ def run(
     :raises TimeoutError: where a call of the policy takes longer than ``timeout_s``.
     """
     callback, keys = _with_policy(policy, _with_law(_checked(keys)))
+    seed = _whole("seed", seed)
     return Mission(_fly(_os.fspath(scenario), seed, callback, timeout_s, keys), seed)
 
 
@@ -173,6 +176,7 @@ def campaign(
     on: str = "threads",
     out: Union[None, str, "_os.PathLike[str]"] = None,
     parts: Optional[int] = None,
+    progress: Optional[bool] = None,
     **keys: Any,
 ) -> Table:
     """Fly a scenario with many seeds, and with every combination of the values of ``vary``.
@@ -195,7 +199,9 @@ def campaign(
         needs it. Where the campaign was stopped, the same call goes on with it.
     :param parts: the number of parts for ``on="ray"``; where left out, 64. The result does not depend
         on it.
-    :param keys: as for :func:`run`.
+    :param progress: whether a line on standard error says how far it is, from the first second on; where
+        left out, on a terminal and in a notebook.
+    :param keys: as for :func:`run`. One of ``vary`` is not given here, too.
     :returns: a table with a row for each mission, in the order of the grid (the first key varies
         slowest) and the seeds. The columns are the keys of ``vary``, ``seed``, ``success``, and those
         of ``runs.csv`` of ``uchain campaign``. A value that there is none of is null; a time at which
@@ -214,7 +220,15 @@ def campaign(
     if "policy" in vary and "policy.name" in vary:
         raise ValueError('"policy" stands for "policy.name"; give one of them')
     vary = {"policy.name" if key == "policy" else key: values for key, values in vary.items()}
-    seeds = range(1, seeds + 1) if isinstance(seeds, int) else list(seeds)
+    for key, values in vary.items():
+        if isinstance(values, str) or not hasattr(values, "__iter__"):
+            raise ValueError(f"{key}: vary takes a list of values for each key")
+        vary[key] = values = list(values)
+        if key == "policy.name" and any(map(callable, values)):
+            raise ValueError("policy: vary takes names of built-in policies; give a callable as policy=")
+        if key in _flat(keys):
+            raise ValueError(f"{key}: this key is varied and given, too; give it once")
+    seeds = _seeds(seeds)
     if threads is not None and threads < 1:
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
     if on not in ("threads", "ray"):
@@ -228,14 +242,16 @@ def campaign(
     parts = 64 if parts is None else parts
     if parts < 1:
         raise ValueError(f"parts={parts} is out of range; give 1 or more")
+    missions = _missions(seeds, vary)
     if out is not None:
-        words = _words(scenario, list(seeds), vary, keys)
+        words = _words(scenario, seeds, vary, keys)
         folder = _Path(out).absolute()
         if on == "threads":
-            return _cluster.here(words, folder, threads)
-        return _cluster.on_ray(words, folder, min(parts, _missions(seeds, vary)))
+            return _cluster.here(words, folder, threads, missions, _Bar(progress))
+        return _cluster.on_ray(words, folder, min(parts, missions), _Bar(progress, "parts"))
     called = None if callback is None else (callback, timeout_s)
-    return _fly_campaign(_os.fspath(scenario), list(seeds), vary, threads or 0, called, keys)
+    with _Bar(progress) as bar:
+        return _fly_campaign(_os.fspath(scenario), seeds, vary, threads or 0, called, keys, bar)
 
 
 def compare(
@@ -249,6 +265,7 @@ def compare(
     fidelity: str = "point",
     threads: Optional[int] = None,
     timeout_s: float = 10.0,
+    progress: Optional[bool] = None,
 ) -> Table:
     """Fly policies of Python beside built-in ones, all with the same seeds, as ``uchain bench chain`` does.
 
@@ -265,40 +282,51 @@ def compare(
     :param fidelity: ``"point"`` or ``"flight"``.
     :param threads: as for :func:`campaign`.
     :param timeout_s: the longest time of a call of a policy, in seconds, as for :func:`campaign`.
+    :param progress: as for :func:`campaign`.
     :returns: a table with a row for each scenario and policy, and a column for each figure that the
         benchmark has in one of the scenarios; null where it has it not in this one, infinite for a time
         that never came. With ``drawn``, a row for each policy, and for each figure its value and the
         limits of its 95 % interval, ``…_low`` and ``…_high``.
     """
+    if not callable(policies) and not isinstance(policies, Mapping):
+        raise TypeError(
+            "compare takes a callable, or a dict of callables by names; give names of built-in policies "
+            "as against="
+        )
     own = list(({"python": policies} if callable(policies) else dict(policies)).items())
-    against = [against] if isinstance(against, str) else list(against)
+    against = _names("against", against)
     for name, policy in own:
+        if not isinstance(name, str):
+            raise TypeError(f"{name!r}: the name of a policy is a string")
         if not callable(policy):
             raise ValueError(f"{name}: this is no callable; give names of built-in policies as against=")
         if name in against:
             raise ValueError(f'"{name}" is a built-in policy; give yours another name')
     if not own and not against:
         raise ValueError("there is no policy to fly; give one or more")
-    if runs < 1:
+    if _whole("runs", runs) < 1:
         raise ValueError(f"runs={runs} is out of range; give 1 or more")
     if threads is not None and threads < 1:
         raise ValueError(f"threads={threads} is out of range; give 1 or more")
     if fidelity not in ("point", "flight"):
         raise ValueError(f'fidelity="{fidelity}" is no level here; give "point" or "flight"')
-    scenarios = [scenarios] if isinstance(scenarios, str) else list(scenarios)
+    scenarios = _names("scenarios", scenarios)
     if drawn and scenarios:
         raise ValueError("drawn places are no scenarios of the benchmark; leave scenarios= or drawn= out")
-    return _fly_comparison(
-        own,
-        against,
-        scenarios,
-        drawn,
-        runs,
-        seed,
-        fidelity,
-        threads or 0,
-        timeout_s,
-    )
+    seed = _whole("seed", seed)
+    with _Bar(progress) as bar:
+        return _fly_comparison(
+            own,
+            against,
+            scenarios,
+            drawn,
+            runs,
+            seed,
+            fidelity,
+            threads or 0,
+            timeout_s,
+            bar,
+        )
 
 
 def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
@@ -307,6 +335,9 @@ def _with_policy(policy: Union[None, str, Speed], keys: dict) -> tuple:
         return policy, keys
     if isinstance(policy, Mapping):
         return None, {**keys, "policy": dict(policy)}
+    if not isinstance(policy, str):
+        kind = type(policy).__name__
+        raise TypeError(f"policy: the type {kind} is none of one; give a name, a callable, or a class of callables")
     return None, {**keys, "policy.name": policy}
 
 
@@ -326,7 +357,52 @@ def _with_law(keys: dict) -> dict:
     if not isinstance(law, RadioLaw):
         raise ValueError("radio_law takes a RadioLaw; give uchain.RadioLaw(law)")
     others = {key: value for key, value in keys.items() if key != "radio_law"}
-    return {**others, "radio.model": law.model}
+    # Before the others, so that one of them which belongs to another law is refused.
+    return {"radio.model": law.model, **others}
+
+
+def _flat(keys: Mapping[str, Any], above: str = "") -> Dict[str, Any]:
+    """The keys with dots in place of dictionaries."""
+    flat: Dict[str, Any] = {}
+    for key, value in keys.items():
+        if isinstance(value, Mapping) and f"{above}{key}" != "radio.model":
+            flat.update(_flat(value, f"{above}{key}."))
+        else:
+            flat[f"{above}{key}"] = value
+    return flat
+
+
+def _names(name: str, given: Any) -> list:
+    """A list of names, of which a single one is given as it is."""
+    if isinstance(given, str):
+        return [given]
+    if not hasattr(given, "__iter__") or not all(isinstance(it, str) for it in given):
+        raise TypeError(f"{name} takes a name, or a list of names")
+    return list(given)
+
+
+def _whole(name: str, value: Any) -> int:
+    """A seed, which has 64 bits."""
+    try:
+        whole = _operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name}={value!r} is no whole number; give one") from None
+    if not 0 <= whole < 2**64:
+        raise ValueError(f"{name}={whole} is out of range; give a whole number from 0 to 2**64 - 1")
+    return whole
+
+
+def _seeds(seeds: Any) -> list:
+    """The seeds that a campaign flies."""
+    if isinstance(seeds, str) or not hasattr(seeds, "__iter__"):
+        count = _whole("seeds", seeds)
+        if not 1 <= count < 2**48:
+            raise ValueError(f"seeds={count} is out of range; give the number of seeds, 1 or more, or a list")
+        return list(range(1, count + 1))
+    listed = [_whole("seeds", seed) for seed in seeds]
+    if not listed:
+        raise ValueError("seeds: there is none in this list; give one or more, or how many of them")
+    return listed
 
 
 def _words(scenario: Any, seeds: list, vary: Any, keys: dict) -> list:

@@ -1,6 +1,6 @@
 """The compiled side of the package."""
 
-from typing import Any, Callable, List, Optional, Tuple
+from typing import Any, Callable, Iterator, List, Optional, Tuple
 
 __version__: str
 
@@ -8,6 +8,12 @@ class Table:
     """A table with named columns, which Arrow libraries read without copying."""
 
     column_names: List[str]
+    empty_columns: List[str]
+    """The names of the columns that have no value in any row."""
+    def head(self, rows: int = 5) -> "Table":
+        """The table of the first rows."""
+    def __iter__(self) -> Iterator[dict]:
+        """The rows, one after the other, as dicts by the names of the columns."""
     def __arrow_c_stream__(self, requested_schema: Optional[object] = None) -> object: ...
     def __len__(self) -> int: ...
     def __getitem__(self, name: str) -> List[Any]:
@@ -106,6 +112,7 @@ def fly_campaign(
     threads: int,
     policy: Optional[Tuple[Callable[..., Any], float]],
     keys: dict,
+    progress: Optional[Callable[[int, int], Any]],
 ) -> Table: ...
 def fly_comparison(
     own: List[Tuple[str, Callable[..., Any]]],
@@ -117,6 +124,7 @@ def fly_comparison(
     fidelity: str,
     threads: int,
     timeout_s: float,
+    progress: Optional[Callable[[int, int], Any]],
 ) -> Table:
     """Flies policies through the scenarios of ``uchain bench chain``, or in drawn places."""
 

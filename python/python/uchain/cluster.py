@@ -10,9 +10,10 @@ import subprocess as _subprocess
 import sys as _sys
 import tempfile as _tempfile
 from pathlib import Path as _Path
-from typing import Any, Dict, Iterator, List, Optional
+from typing import Any, Callable, Dict, List, Optional
 
 from ._uchain import __version__, read_runs as _read_runs
+from .progress import Bar as _Bar
 
 __all__ = ["read"]
 
@@ -28,17 +29,25 @@ def read(folder: Any) -> Any:
     return _read_runs(_os.fspath(folder))
 
 
-def here(options: List[str], out: _Path, threads: Optional[int]) -> Any:
+def here(
+    options: List[str], out: _Path, threads: Optional[int], missions: int, bar: _Bar
+) -> Any:
     """Fly a campaign on this machine's threads into a folder; return its runs.
 
     A campaign that was stopped goes on from its rows beside the folder.
     """
-    with _scenario_file(options) as options:
-        _fly([*options, "--out", str(out), "--resume"], threads)
+    rows = _Rows(out.with_name(out.name + ".rows"))
+    with _scenario_file(options) as options, bar:
+
+        def look() -> None:
+            if flown := rows.count():
+                bar(flown, missions)
+
+        _fly([*options, "--out", str(out), "--resume"], threads, look)
     return read(out)
 
 
-def on_ray(options: List[str], out: _Path, parts: int) -> Any:
+def on_ray(options: List[str], out: _Path, parts: int, bar: _Bar) -> Any:
     """Fly a campaign in parts as tasks of Ray into a folder; return its runs.
 
     Each part is put beside the folder as it comes, so that a campaign that was stopped goes on.
@@ -48,13 +57,14 @@ def on_ray(options: List[str], out: _Path, parts: int) -> Any:
     if not ray.is_initialized():
         ray.init(log_to_driver=False)
     parts_folder = out.with_name(out.name + ".parts")
-    with _only_writer(parts_folder):
+    with _only_writer(parts_folder), bar:
         _begin(parts_folder, options, parts)
         missing = [n for n in range(1, parts + 1) if not (parts_folder / str(n)).exists()]
         fly = ray.remote(num_cpus=1, max_retries=RETRIES)(_part)
         waiting = {fly.remote(options, n, parts): n for n in missing}
         try:
             while waiting:
+                bar(parts - len(waiting), parts)
                 [done], _ = ray.wait(list(waiting), num_returns=1)
                 number = waiting.pop(done)
                 _keep(parts_folder / str(number), _files_of(ray, done, number, parts))
@@ -95,15 +105,46 @@ def _part(options: List[str], number: int, parts: int) -> Any:
         return {path.name: path.read_bytes() for path in sorted(out.iterdir())}
 
 
-def _fly(arguments: List[str], threads: Optional[int]) -> None:
+class _Rows:
+    """The rows of a campaign under way, which are lines of a file beside its folder."""
+
+    def __init__(self, path: _Path) -> None:
+        self.path = path
+        self.read = 0
+        self.lines = 0
+
+    def count(self) -> int:
+        """The number of missions that have a row."""
+        try:
+            with open(self.path, "rb") as file:
+                file.seek(self.read)
+                while piece := file.read(1 << 20):
+                    self.read += len(piece)
+                    self.lines += piece.count(b"\n")
+        except OSError:  # It is not there yet, or not any more.
+            pass
+        # The first line names the campaign.
+        return max(self.lines - 1, 0)
+
+
+def _fly(
+    arguments: List[str], threads: Optional[int], look: Callable[[], None] = lambda: None
+) -> None:
     environment = dict(_os.environ)
     if threads is not None:
         environment["RAYON_NUM_THREADS"] = str(threads)
-    _command([*arguments, "--quiet"], environment)
+    _command([*arguments, "--quiet"], environment, look)
 
 
-def _command(arguments: List[str], environment: Optional[Dict[str, str]] = None) -> None:
-    """Carry out a command line in a process of its own; missions that failed are no error."""
+def _command(
+    arguments: List[str],
+    environment: Optional[Dict[str, str]] = None,
+    look: Callable[[], None] = lambda: None,
+) -> None:
+    """Carry out a command line in a process of its own, and look now and then how far it is.
+
+    Missions that failed are no error.
+    """
     with _tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as told:
         with _subprocess.Popen(
             [_sys.executable, "-m", "uchain._child", *arguments],
@@ -114,7 +155,7 @@ def _command(arguments: List[str], environment: Optional[Dict[str, str]] = None)
             # In the session of the terminal it would get each Ctrl-C twice: from there, and from here.
             start_new_session=True,
         ) as process:
-            status = _status(process)
+            status = _status(process, look)
         told.seek(0)
         lines = told.read().strip().splitlines() or [""]
     if status == 130:
@@ -125,7 +166,7 @@ def _command(arguments: List[str], environment: Optional[Dict[str, str]] = None)
         raise RuntimeError(f"uchain ended with status {status}: {lines[-1]}")
 
 
-def _status(process: _subprocess.Popen) -> int:
+def _status(process: _subprocess.Popen, look: Callable[[], None]) -> int:
     """Wait for a command; return its exit status. Ctrl-C is passed on to it.
 
     The missions of a campaign that have begun end after the first Ctrl-C; a second one drops them.
@@ -137,7 +178,7 @@ def _status(process: _subprocess.Popen) -> int:
             status = process.wait(NAP_S)
             break
         except _subprocess.TimeoutExpired:
-            continue
+            look()
         except KeyboardInterrupt:
             interrupted = True
             # On Windows the command has the terminal's Ctrl-C.

@@ -23,8 +23,8 @@ class RadioLaw:
 
     :param law: the callable. It returns the loss in dB, 0 or more; no radio
         hears over more than 400 dB, which is what a greater loss counts as.
-    :param distances_m: the distances, rising; where left out, 40 for each power of ten from 0.3 m to
-        1,000 m.
+    :param distances_m: 2 to 2,000 distances in metres, from 0.01 to 10,000, rising; where left out, 40
+        for each power of ten from 0.3 m to 1,000 m.
     :param walls: the largest number of walls.
     :param timeout_s: the longest time of a call.
     :raises ValueError: where a loss is no finite number. What the callable raises comes out as it is.
@@ -44,9 +44,13 @@ class RadioLaw:
         if not callable(law):
             raise ValueError("a radio law is a callable law(distance_m, walls) -> loss_db")
         #: The distances of the table, m.
-        self.distances_m: List[float] = list(distances_m) or _evenly()
+        self.distances_m: List[float] = [float(it) for it in distances_m] or _evenly()
         if not all(near < far for near, far in zip(self.distances_m, self.distances_m[1:])):
             raise ValueError("distances_m do not rise; give each greater than the one before it")
+        if not 2 <= len(self.distances_m) <= 2_000:
+            raise ValueError(f"distances_m has {len(self.distances_m)} distances; give 2 to 2,000")
+        if self.distances_m[0] < 0.01 or self.distances_m[-1] > 10_000:
+            raise ValueError("distances_m goes beyond what is taken; give 0.01 to 10,000 m")
         #: The losses in dB: a row for each number of walls, from none on.
         self.losses_db: List[List[float]] = []
         for count, row in enumerate(_tabulate(law, self.distances_m, walls + 1, timeout_s)):

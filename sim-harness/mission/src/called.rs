@@ -6,7 +6,7 @@
 
 use std::cell::RefCell;
 
-use chain::policy::{CalledLaw, LinkEnd, SpeedLaw};
+use chain::policy::{CalledLaw, LinkEnd, PolicyConfig, SpeedLaw};
 use units::MetresPerSecond;
 
 use super::Mission;
@@ -39,10 +39,16 @@ pub(super) fn with<T>(drone: usize, law: &mut Option<Box<Law>>, turn: impl FnOnc
 }
 
 /// The same scenario with the speed law that [`Mission::by_law`] is given. The filter, the clearance and
-/// the largest speed are those of its movement policy.
+/// the largest speed are those of its movement policy; where that is chain-wide, those of
+/// [`PolicyConfig::K_TUNED`], which is its rule without sums. Drones by a called law report no sums, and
+/// with the filter of a chain-wide policy a head comes to rest at the very limit at which a relay would be
+/// launched, so that none is.
 #[must_use]
 pub fn with_called_law(scenario: &Scenario) -> Scenario {
     let mut scenario = scenario.clone();
+    if let SpeedLaw::ChainWide(_) = scenario.agent.policy.law {
+        scenario.agent.policy = PolicyConfig::K_TUNED.for_loss_at_1m(scenario.assumed_loss_at_1m);
+    }
     scenario.agent.policy.law = SpeedLaw::Called(CalledLaw(call));
     scenario
 }

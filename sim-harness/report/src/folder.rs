@@ -76,7 +76,10 @@ impl Folder {
     /// # Errors
     /// If a file was changed, or they are not this program's.
     pub fn is_as_written(directory: &Path) -> Result<(), InputError> {
-        List::of_results(directory)?.is_as_written(directory)
+        let Some(path) = List::of_results(directory)?.changed(directory) else { return Ok(()) };
+        let wrong = "this file was changed since uchain wrote it";
+        let remedy = "give the folder as it was written, or fly it again";
+        Err(InputError::new(wrong, remedy).in_file(&path))
     }
 
     /// The temporary directory, for a handler of Ctrl-C to discard.

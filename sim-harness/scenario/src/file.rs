@@ -76,6 +76,7 @@ pub(super) fn parse_with(
     let set = |settings: &[Setting]| {
         let reader = Reader::new(path, text);
         let mut table: Table = toml::from_str(text).map_err(|error| reader.syntax(&error))?;
+        super::settings::make_room(settings, &mut table);
         settings.iter().try_for_each(|setting| setting.put(&mut table))?;
         assemble(path, &table.to_string(), changes)
     };

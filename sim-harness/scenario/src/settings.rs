@@ -75,6 +75,19 @@ impl fmt::Display for Setting {
     }
 }
 
+/// Removes from a file's scenario what cannot stand beside a setting: where a law of the path loss is
+/// set, the keys of the paper's law, which it replaces. Such keys that are set themselves are refused.
+pub(super) fn make_room(settings: &[Setting], scenario: &mut Table) {
+    let is_law = |key: &str| key == "radio.model" || key.starts_with("radio.model.");
+    if !settings.iter().any(|setting| is_law(setting.key())) {
+        return;
+    }
+    if let Some(Value::Table(radio)) = scenario.get_mut("radio") {
+        radio.remove("attenuation");
+        radio.remove("walls");
+    }
+}
+
 fn formless(text: &str) -> InputError {
     let remedy = "give a key and its value, such as radio.packet_loss=0.2 or policy.name=k-tuned";
     InputError::new("this is no KEY=VALUE", remedy).at_key(text)
@@ -177,6 +190,21 @@ mod tests {
             for part in parts {
                 assert!(error.contains(part), "no {part:?} in {error}");
             }
+        }
+    }
+
+    #[test]
+    fn a_law_that_is_set_replaces_the_paper_s_of_the_file() {
+        let with = |name, settings: &[&str]| {
+            let settings = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+            let changes = Changes { settings, ..Changes::default() };
+            Scenario::open_with(name, &changes).map_err(|error| error.to_string())
+        };
+        for law in ["radio.model={ law = \"subt\" }", "radio.model.law=subt"] {
+            assert!(with("s-turns-5", &[law]).is_ok());
+            assert!(with("leaky-u", &[law]).is_ok());
+            let error = with("s-turns-5", &["radio.walls=leaky", law]).unwrap_err();
+            assert!(error.contains("belong to the paper's law"), "{error}");
         }
     }
 

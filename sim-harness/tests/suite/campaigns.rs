@@ -100,10 +100,11 @@ fn parts_merged_are_the_campaign_in_one_piece() {
     flown(&args);
     merge(&[one, &other, three], &["other", "another campaign"]);
     merge(&[one, &at("nowhere")], &["no results"]);
+    merge(&[one, two, three, "--out", two], &["one of the parts", "another folder"]);
     let rows = folder.join("2/runs.csv");
     let text = fs::read_to_string(&rows).unwrap();
     fs::write(&rows, text.replacen(",6,", ",5,", 1)).unwrap();
-    merge(&[one, two, three], &["runs.csv", "not as uchain wrote it"]);
+    merge(&[one, two, three], &["runs.csv", "was changed since uchain wrote it"]);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crc32fast::Hasher;
 use input::InputError;
@@ -119,19 +119,22 @@ impl List {
 
     /// Makes sure that its files are as they were written, or gone.
     pub(super) fn is_as_written(&self, directory: &Path) -> Result<(), InputError> {
-        for (name, contents) in &self.contents {
+        let Some(path) = self.changed(directory) else { return Ok(()) };
+        let wrong = "this file is not as uchain wrote it, and is not replaced";
+        let remedy = "move it away, or give --out another directory";
+        Err(InputError::new(wrong, remedy).in_file(&path))
+    }
+
+    /// A file that is there and not as it was written.
+    pub(super) fn changed(&self, directory: &Path) -> Option<PathBuf> {
+        self.contents.iter().find_map(|(name, contents)| {
             let path = directory.join(name);
-            let Ok(found) = fs::symlink_metadata(&path) else { continue };
+            let found = fs::symlink_metadata(&path).ok()?;
             let is_same = found.is_file()
                 && contents.iter().any(|content| content.size == found.len())
                 && content(&path).is_ok_and(|content| contents.contains(&content));
-            if !is_same {
-                let wrong = "this file is not as uchain wrote it, and is not replaced";
-                let remedy = "move it away, or give --out another directory";
-                return Err(InputError::new(wrong, remedy).in_file(&path));
-            }
-        }
-        Ok(())
+            (!is_same).then_some(path)
+        })
     }
 
     /// Writes it into a directory, in one step.

@@ -22,6 +22,7 @@ struct Part {
 
 pub(super) fn run(folders: &[PathBuf], common: &Common) -> Result<Verdict, Trouble> {
     let mut parts = Vec::new();
+    is_no_part(common.out.as_deref(), folders)?;
     for folder in folders {
         Folder::is_as_written(folder)?;
         let (origin, scenario) = Origin::read(folder)?;
@@ -44,6 +45,18 @@ pub(super) fn run(folders: &[PathBuf], common: &Common) -> Result<Verdict, Troub
         report.end_place()?;
     }
     finish(&campaign, report, folder, None, common)
+}
+
+/// Refuses to write the whole campaign over one of its parts, which could not be merged again.
+fn is_no_part(out: Option<&Path>, parts: &[PathBuf]) -> Result<(), InputError> {
+    let Some((out, place)) = out.and_then(|out| Some((out, out.canonicalize().ok()?))) else {
+        return Ok(());
+    };
+    if !parts.iter().any(|part| part.canonicalize().is_ok_and(|part| part == place)) {
+        return Ok(());
+    }
+    let wrong = "this is one of the parts, which would be replaced by the whole";
+    Err(InputError::new(wrong, "give --out another folder").in_file(out))
 }
 
 fn of_campaign(folder: &Path, origin: Origin) -> Result<(CampaignOrigin, u64), InputError> {
