@@ -6,8 +6,8 @@
 //!
 //! A call that runs Python is ended by an error that Python raises at its next step. One that waits outside
 //! of Python, such as a sleep or a lock, does not take a step: when it was told in vain, the main thread is
-//! [sent a signal](crate::wake), which ends such waits; for another thread, whoever waits for its mission is
-//! told to wait no longer.
+//! [sent a signal](crate::wake), which ends such waits; for another thread, the thread that waits for
+//! its mission waits no longer, and raises the error.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};

@@ -164,7 +164,7 @@ def test_arrays_of_numpy_are_lists(short):
 @pytest.mark.skipif(not hasattr(signal, "SIGURG"), reason="this system has no such signal")
 @pytest.mark.parametrize("of_ctrl_c", [signal.default_int_handler, signal.SIG_IGN])
 def test_a_wait_outside_of_python_is_woken_in_the_main_thread(of_ctrl_c):
-    """A lock that nobody releases; a sleep that is longer than any patience; in the background, too."""
+    """Calls that wait for a held lock or sleep for long end in an error, in the background, too."""
     lock = threading.Lock()
     lock.acquire()
     before = signal.getsignal(signal.SIGURG)

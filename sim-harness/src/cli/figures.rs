@@ -12,6 +12,7 @@ use input::{InputError, suggest};
 
 use super::{Common, Trouble, Verdict, interrupt};
 use measure::campaign::Figure;
+use measure::claim::Claim;
 use measure::figures::{Cell, Figures, VARIANTS, make, missions};
 use measure::intervals::CONFIDENCE;
 use report::figure_page;
@@ -130,16 +131,19 @@ fn table(figures: &Figures, count: usize) -> String {
     };
     part("A to C: relays anywhere, the head at rest", Cell::convergence_figures);
     part("D to F: exploration, the head at 0.2 m/s for 50 s", Cell::exploration_figures);
+    put_claims(&mut text, ("paper's", " for each corridor"), &figures.claims());
+    text
+}
+
+/// Writes what a text claims, with the verdicts; the words say whose claims they are, and what each
+/// interval is of.
+fn put_claims(text: &mut String, (whose, of): (&str, &str), claims: &[Claim]) {
     let percent = 100.0 * CONFIDENCE;
     // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "\nThe paper's claims, with intervals of {percent:.0} % for each corridor\n"
-    );
-    for claim in figures.claims() {
+    let _ = writeln!(text, "\nThe {whose} claims, with intervals of {percent:.0} %{of}\n");
+    for claim in claims {
         let _ = write!(text, "{claim}");
     }
-    text
 }
 
 fn width(name: &str) -> usize {

@@ -6,12 +6,11 @@ use std::fmt::Write;
 use benchmarks::explore::figures::{Figures, ROBOTS, explorations, growth, make, time_s, way_m};
 use explorers::Outcome;
 use measure::campaign::quantile_of;
-use measure::intervals::CONFIDENCE;
 use report::pictures::{BoxChart, GrowthChart, Growths, RunGroup, RunValues, box_plots, growths};
 use terminal::{Progress, runs};
 
 use super::super::{Trouble, Verdict, interrupt};
-use super::FiguresArgs;
+use super::{FiguresArgs, put_claims};
 
 /// The rules that the pictures show, with their names there.
 const RULES: [(&str, &str); 2] = [("thesis", "The thesis' rule"), ("ours", "Our rule")];
@@ -129,10 +128,6 @@ fn table(figures: &Figures) -> String {
             row.count(|run| run.premature_stop),
         );
     }
-    let percent = 100.0 * CONFIDENCE;
-    let _ = writeln!(text, "\nThe thesis' claims, with intervals of {percent:.0} %\n");
-    for claim in figures.claims() {
-        let _ = write!(text, "{claim}");
-    }
+    put_claims(&mut text, ("thesis'", ""), &figures.claims());
     text
 }

@@ -3,13 +3,12 @@
 
 use std::fmt::Write;
 
-use measure::intervals::CONFIDENCE;
 use planning::situations::{Figures, Situation, Trial, make};
 use report::pictures::{BoxChart, RunGroup, RunValues, box_plots, node_maps, node_situations};
 use terminal::{Progress, runs};
 
 use super::super::{Trouble, Verdict, interrupt};
-use super::FiguresArgs;
+use super::{FiguresArgs, put_claims};
 
 pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
     let count = runs(args.runs)?;
@@ -83,15 +82,8 @@ fn table(figures: &Figures) -> String {
             row(&mut text, figures, situation, n);
         }
     }
-    let percent = 100.0 * CONFIDENCE;
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        text,
-        "\nThe paper's claims, with intervals of {percent:.0} % for each situation; a run is one cave\n"
-    );
-    for claim in figures.claims() {
-        let _ = write!(text, "{claim}");
-    }
+    let of = " for each situation; a run is one cave";
+    put_claims(&mut text, ("paper's", of), &figures.claims());
     text
 }
 

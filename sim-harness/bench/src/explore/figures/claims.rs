@@ -33,16 +33,17 @@ const WAY: Quantity = Quantity {
 /// The small and the large λ.
 const LAMBDAS: [&str; 2] = ["λ 0.05", "λ 0.8"];
 
-/// Why several robots save less than the thesis says.
-const FAST_ALONE: &str = "Why: the room is small; one robot sees most of it soon, and leaves the others \
-                          little to save.";
+/// What may be why several robots save less than the thesis says.
+const FAST_ALONE: &str = "Why: not measured; in so small a room one robot may see most of it so soon that \
+                          little is left to save.";
 /// Why λ works the other way.
 const TURNED: &str = "Why: by the thesis' equation, which is flown, a larger λ counts the distance \
                       more; its text has it the other way round.";
-/// Why 20 s are not the best.
-const WAITS: &str = "Why: here robots reach their goals sooner, and wait for the rest of the 20 s.";
-/// Why longer rounds are not slower.
-const NO_WAIT: &str = "Why: the robots' goals are so far that they do not wait.";
+/// What may be why 20 s are not the best.
+const WAITS: &str = "Why: not measured; here robots may reach their goals sooner, and wait for the rest of \
+                     the 20 s.";
+/// What may be why longer rounds are not slower.
+const NO_WAIT: &str = "Why: not measured; the robots' goals may be so far that they do not wait.";
 /// Why the overlap is another.
 const UNKNOWN: &str = "Why: not known; the thesis does not say how its maps were compared.";
 
