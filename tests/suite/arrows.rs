@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The packages in order: each may use those before it.
-const ORDER: [&str; 47] = [
+const ORDER: [&str; 48] = [
     // What a drone does, without its chip.
     "units",
     "wire",
@@ -55,6 +55,7 @@ const ORDER: [&str; 47] = [
     "report",
     "replay",
     "serve",
+    "ros2",
     "stock",
     "terminal",
     "benchmarks",

@@ -3,7 +3,7 @@
 //! [`TraceFiles`] writes all files of the option `--out`. All output is a pure function of the
 //! trace: the same mission gives the same bytes, on any machine and at any time.
 
-mod bag;
+pub mod bag;
 pub mod csv;
 pub mod figure_page;
 mod folder;

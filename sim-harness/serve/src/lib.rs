@@ -36,7 +36,7 @@ pub use self::chain::Tally;
 use self::clients::Taken;
 pub use self::journal::Event;
 use self::journal::Journal;
-pub use self::live::Live;
+pub use self::live::{Companion, Live};
 use self::pace::Pace;
 
 /// A step of simulated time: log blocks come at multiples of it, and cflib's periods are.

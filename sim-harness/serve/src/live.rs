@@ -2,6 +2,7 @@
 //! other.
 
 use core::f32::consts::FRAC_PI_4;
+use std::io;
 
 use bridge::Polled;
 use crtp::{Ranges, Snapshot};
@@ -9,12 +10,13 @@ use input::InputError;
 use onboard::State;
 use tunnel_nav::{Diagonals, Range};
 use units::{Acceleration, AngularVelocity, Instant, Metres, NodeId, Order, Radians, Role};
+use wire::crtp::Packet;
 
 use super::{STEP, World, clients};
 use bodies::craft::Craft;
 use bodies::emulated::Emulated;
 use measure::metrics::{Reference, RunMetrics, Watch};
-use mission::trace::{Node, Thinning, Trace};
+use mission::trace::{Frame, Node, Thinning, Trace};
 use mission::{Mission, ROUND_US, View};
 use report::{Folder, OutputError, TraceFiles};
 use scenario::Scenario;
@@ -33,6 +35,22 @@ pub struct Live<'a> {
     /// For each member the packets of its client; `None` for members on the host, whose server
     /// answers at once, and before the first packet of a client.
     polled: Vec<Option<Polled>>,
+    companion: Option<Box<dyn Companion + Send + 'a>>,
+}
+
+/// Another program beside the clients, which is shown a served mission and asks the base for something.
+pub trait Companion {
+    /// Shows a frame of the mission.
+    ///
+    /// # Errors
+    /// If the companion cannot go on.
+    fn show(&mut self, trace: &Trace, frame: &Frame) -> io::Result<()>;
+
+    /// The packets for the base that have come since the last call.
+    fn asks(&mut self) -> Vec<Packet>;
+
+    /// How many messages it could not pass on.
+    fn lost(&self) -> u64;
 }
 
 impl<'a> Live<'a> {
@@ -76,6 +94,7 @@ impl<'a> Live<'a> {
             watch: Watch::new(scenario, world, reference),
             trace: mission.begin_trace(seed),
             polled: (0..mission.count()).map(|_| None).collect(),
+            companion: None,
             mission,
             thinning: Thinning::default(),
             keep,
@@ -93,6 +112,19 @@ impl<'a> Live<'a> {
         let files = TraceFiles::begin(&folder, &self.trace)?;
         (self.files, self.keep) = (Some((folder, files)), true);
         Ok(self)
+    }
+
+    /// Shows each frame of the mission to a companion, and lets it ask the base.
+    #[must_use]
+    pub fn with_companion(mut self, companion: Box<dyn Companion + Send + 'a>) -> Self {
+        self.companion = Some(companion);
+        self
+    }
+
+    /// How many messages the companion could not pass on; `None` where there is no companion.
+    #[must_use]
+    pub fn lost(&self) -> Option<u64> {
+        self.companion.as_ref().map(|companion| companion.lost())
     }
 
     /// Hands over the folder with the files that are to be finished, if there is one.
@@ -134,9 +166,20 @@ impl<'a> Live<'a> {
 }
 
 impl Live<'_> {
-    /// Takes the present state of the mission into the record.
+    /// Shows the present state of the mission to the companion, and takes it into the record.
     fn note(&mut self) {
         let frame = self.mission.frame();
+        if let Some(companion) = &mut self.companion
+            && let Err(error) = companion.show(&self.trace, &frame)
+        {
+            self.unwritten.get_or_insert(InputError::new(
+                format!("the messages of ROS 2 cannot be sent: {error}"),
+                "look whether this machine's network is up",
+            ));
+        }
+        if !self.keep {
+            return;
+        }
         if let Some((folder, files)) = &mut self.files
             && let Err(error) = files.frame(folder, &self.trace, &frame)
         {
@@ -216,11 +259,14 @@ impl World for Live<'_> {
     }
 
     fn advance(&mut self) {
+        let asked = self.companion.as_mut().map(|companion| companion.asks());
+        let base = self.mission.count().saturating_sub(1);
+        asked.iter().flatten().for_each(|packet| self.client(base, packet.bytes()));
         self.poll_emulated();
         self.mission.advance(STEP.as_micros());
         if self.time_us().is_multiple_of(ROUND_US) {
             self.watch.look(&self.mission);
-            if self.keep {
+            if self.keep || self.companion.is_some() {
                 self.note();
             }
         }

@@ -46,6 +46,10 @@ pub(super) struct ServeArgs {
     /// How closely the drones are simulated
     #[arg(long, value_enum)]
     fidelity: Option<FidelityArg>,
+    /// Publish the mission to ROS 2 as well, in this domain, where left out in that of ROS_DOMAIN_ID or
+    /// 0; the head follows /cmd_vel, the team /order. For `cargo sim-ros2`
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    ros2: Option<String>,
     #[command(flatten)]
     emulated: VirtualArgs,
     #[command(flatten)]
@@ -80,9 +84,14 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let duration = duration.map(|seconds| Duration::from_micros((seconds * 1e6) as u64));
     let asked = interrupt::asks("Ctrl-C: the drones are no longer served");
     if let Some(firmware) = stock {
+        if args.ros2.is_some() {
+            let wrong = "--ros2 is for missions, and the vendor's firmware flies none";
+            return Err(InputError::new(wrong, "leave --ros2 or --elf out").into());
+        }
         let ports = Ports::open(args.host, args.port, 1)?;
         return stock::serve(&firmware, &args.common, ports, (speed, duration), asked);
     }
+    let node = args.ros2.as_deref().map(ros2_node::open).transpose()?;
     let folder = args.common.folder()?;
     let ports = Ports::open(args.host, args.port, scenario.drones.members())?;
     let world = scenario.world();
@@ -98,6 +107,10 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let live = match folder {
         None => live,
         Some(folder) => live.with_files(folder)?,
+    };
+    let live = match node {
+        None => live,
+        Some(node) => ros2_node::beside(live, node, &scenario)?,
     };
     announce(&args.common, &scenario, &ports)?;
     let tell = |now: Instant, event: Event| {
@@ -153,6 +166,9 @@ fn finish(
     live: &Live<'_>,
     tally: Tally,
 ) -> Result<Verdict, Trouble> {
+    if let Some(lost) = live.lost().filter(|lost| *lost > 0) {
+        complain(format_args!("{lost} messages of ROS 2 were not sent: a subscriber was too slow"));
+    }
     let metrics = live.metrics();
     let aftermath = Aftermath::of(live.mission());
     let mut summary = summary(args, scenario, live, &metrics, tally);
@@ -227,4 +243,64 @@ fn table(scenario: &Scenario, live: &Live<'_>, m: &RunMetrics, tally: Tally) -> 
         .collect();
     let _ = writeln!(text, "  at the end            {}", states.join(", "));
     text
+}
+
+/// The node of ROS 2 beside the mission.
+#[cfg(feature = "ros2")]
+mod ros2_node {
+    use input::InputError;
+    use ros2::{Companion, LARGEST_DOMAIN, Node};
+    use scenario::Scenario;
+    use serve::Live;
+
+    /// Joins a domain, which is given as a number, or not at all.
+    pub(super) fn open(domain: &str) -> Result<Node, InputError> {
+        let from_environment = || std::env::var("ROS_DOMAIN_ID").ok();
+        let (domain, source) = match domain {
+            "" => (from_environment().unwrap_or_else(|| "0".into()), "ROS_DOMAIN_ID="),
+            domain => (domain.to_owned(), "--ros2="),
+        };
+        let number = domain.parse().ok().filter(|number| *number <= LARGEST_DOMAIN);
+        let number = number.ok_or_else(|| {
+            let wrong = format!("{source}{domain} is no domain of ROS 2");
+            InputError::new(wrong, format!("give a whole number from 0 to {LARGEST_DOMAIN}"))
+        })?;
+        Node::open(number)
+    }
+
+    /// The mission with the node beside its clients.
+    pub(super) fn beside<'a>(
+        live: Live<'a>,
+        node: Node,
+        scenario: &Scenario,
+    ) -> Result<Live<'a>, InputError> {
+        let companion = Companion::new(node, scenario, live.trace()).map_err(|error| {
+            let wrong = format!("--ros2: the topics cannot be published: {error}");
+            InputError::new(wrong, "give another domain, or look whether the network is up")
+        })?;
+        Ok(live.with_companion(Box::new(companion)))
+    }
+}
+
+/// The stand-in in a build without it.
+#[cfg(not(feature = "ros2"))]
+mod ros2_node {
+    use input::InputError;
+    use scenario::Scenario;
+    use serve::Live;
+
+    pub(super) enum Node {}
+
+    pub(super) fn open(_: &str) -> Result<Node, InputError> {
+        let wrong = "--ros2: this uchain was built without ROS 2";
+        Err(InputError::new(wrong, "use `cargo sim-ros2` in place of `cargo sim`"))
+    }
+
+    pub(super) fn beside<'a>(
+        _: Live<'a>,
+        node: Node,
+        _: &Scenario,
+    ) -> Result<Live<'a>, InputError> {
+        match node {}
+    }
 }

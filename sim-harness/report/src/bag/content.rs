@@ -23,7 +23,7 @@ pub(super) fn header(frame: &str, now: Moment) -> Header {
     Header { stamp: stamp(now), frame_id: frame.to_owned() }
 }
 
-fn stamp(now: Moment) -> Time {
+pub(super) fn stamp(now: Moment) -> Time {
     // A mission of 68 years is cut off here.
     let sec = i32::try_from(now.micros / 1_000_000).unwrap_or(i32::MAX);
     Time { sec, nanosec: (now.micros % 1_000_000) as u32 * 1000 }

@@ -31,6 +31,7 @@ pub(super) type Covariance = [[f64; 6]; 6];
 messages! {
     Time "builtin_interfaces/msg/Time" { sec: i32, nanosec: u32, }
     Duration "builtin_interfaces/msg/Duration" { sec: i32, nanosec: u32, }
+    Clock "rosgraph_msgs/msg/Clock" { clock: Time, }
     Header "std_msgs/msg/Header" { stamp: Time, frame_id: String, }
     ColorRgba "std_msgs/msg/ColorRGBA" { r: f32, g: f32, b: f32, a: f32, }
     Float32 "std_msgs/msg/Float32" { data: f32, }
@@ -89,6 +90,7 @@ messages! {
 const DEFINITIONS: &[(&str, &str)] = &[
     ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec\n"),
     ("builtin_interfaces/msg/Duration", "int32 sec\nuint32 nanosec\n"),
+    ("rosgraph_msgs/msg/Clock", "builtin_interfaces/Time clock\n"),
     ("std_msgs/msg/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
     ("std_msgs/msg/ColorRGBA", "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"),
     ("std_msgs/msg/Float32", "float32 data\n"),

@@ -1,0 +1,283 @@
+//! The topics of a mission, and the messages that each of its frames adds to them.
+
+use std::io;
+use std::marker::PhantomData;
+
+use byteorder::LittleEndian;
+use robot_maps::Occupancy;
+use scenario::Scenario;
+
+use super::messages::{
+    Clock, DiagnosticArray, Float32, MarkerArray, Message, OccupancyGrid, Odometry, Path, Range,
+    TfMessage,
+};
+use super::{content, grid};
+use crate::mcap::{BEAMS, Moment};
+use mission::trace::{DroneFrame, Frame, LinkFrame, Trace};
+
+/// Frames between two messages of diagnostics: a second.
+pub(super) const DIAGNOSTICS_EVERY: usize = 5;
+/// Frames between two messages with the path of a drone: ten seconds.
+pub(super) const PATHS_EVERY: usize = 50;
+
+/// A topic as a [`Sink`] is told of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct About<'a> {
+    /// The name of the topic, `/drone_0/odom`.
+    pub name: &'a str,
+    /// The package and the name of its messages, `nav_msgs/msg/Odometry`.
+    pub kind: &'static str,
+    /// Whether the last message is sent to subscribers that join later, too.
+    pub is_latched: bool,
+}
+
+/// Where the messages of a mission go: into a file, or to other programs.
+pub trait Sink {
+    /// Adds a topic. Topics are numbered from 0 on in the order in which they are added.
+    ///
+    /// # Errors
+    /// If the topic cannot be added.
+    fn topic(&mut self, about: &About<'_>) -> io::Result<()>;
+
+    /// Takes a message of the topic with this number, at `at_us` microseconds of the mission. `cdr` is the
+    /// message in CDR, little-endian, without the encapsulation header.
+    ///
+    /// # Errors
+    /// If the message cannot be written or sent.
+    fn put(&mut self, topic: usize, at_us: u64, cdr: &[u8]) -> io::Result<()>;
+}
+
+/// A topic with messages of one kind.
+struct Topic<M> {
+    index: usize,
+    kind: PhantomData<fn(M)>,
+}
+
+impl<M> Clone for Topic<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M> Copy for Topic<M> {}
+
+/// A sink, and the number of topics that it has.
+struct Numbered<'a, S: Sink + ?Sized> {
+    sink: &'a mut S,
+    topics: usize,
+}
+
+impl<S: Sink + ?Sized> Numbered<'_, S> {
+    fn topic<M: Message>(&mut self, name: &str, is_latched: bool) -> io::Result<Topic<M>> {
+        self.sink.topic(&About { name, kind: M::NAME, is_latched })?;
+        self.topics += 1;
+        Ok(Topic { index: self.topics - 1, kind: PhantomData })
+    }
+}
+
+fn put<M: Message, S: Sink + ?Sized>(
+    sink: &mut S,
+    topic: Topic<M>,
+    at: Moment,
+    message: &M,
+) -> io::Result<()> {
+    let cdr = cdr_encoding::to_vec::<M, LittleEndian>(message).map_err(io::Error::other)?;
+    sink.put(topic.index, at.micros, &cdr)
+}
+
+/// Topics about all drones.
+struct Shared {
+    map: Topic<OccupancyGrid>,
+    transforms: Topic<TfMessage>,
+    fixed: Topic<TfMessage>,
+    markers: Topic<MarkerArray>,
+    diagnostics: Topic<DiagnosticArray>,
+}
+
+/// Topics of one drone.
+struct Own {
+    odometry: Topic<Odometry>,
+    path: Topic<Path>,
+    ranges: [Topic<Range>; 4],
+    front: [Topic<Float32>; 3],
+    back: [Topic<Float32>; 3],
+}
+
+/// What the messages tell of a mission that its trace does not.
+pub struct Place {
+    /// How far the beams reach, m.
+    reach: f32,
+    map: Option<Occupancy>,
+}
+
+impl Place {
+    /// Of a scenario.
+    #[must_use]
+    pub fn of(scenario: &Scenario) -> Self {
+        Self { reach: scenario.vehicle.reach, map: grid::of(&scenario.tunnel) }
+    }
+}
+
+/// Makes the messages of a mission from its frames.
+pub struct Messages {
+    shared: Shared,
+    /// The time of the mission, for programs that take it in place of their own clock.
+    clock: Option<Topic<Clock>>,
+    drones: Vec<Own>,
+    paths: Vec<content::Flown>,
+    before: Option<Frame>,
+    frames: usize,
+    place: Place,
+}
+
+impl Messages {
+    /// Adds the topics of a mission to a sink that has none.
+    ///
+    /// # Errors
+    /// If the sink does not take a topic.
+    pub fn new<S: Sink + ?Sized>(trace: &Trace, place: Place, sink: &mut S) -> io::Result<Self> {
+        Self::begin(trace, place, &mut Numbered { sink, topics: 0 })
+    }
+
+    /// The same with the topic `/clock`, which has the time of the mission.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_clock<S: Sink + ?Sized>(
+        trace: &Trace,
+        place: Place,
+        sink: &mut S,
+    ) -> io::Result<Self> {
+        let mut sink = Numbered { sink, topics: 0 };
+        let clock = Some(sink.topic("/clock", false)?);
+        Ok(Self { clock, ..Self::begin(trace, place, &mut sink)? })
+    }
+
+    fn begin<S: Sink + ?Sized>(
+        trace: &Trace,
+        place: Place,
+        sink: &mut Numbered<'_, S>,
+    ) -> io::Result<Self> {
+        let shared = Shared::new(sink)?;
+        let ids = trace.nodes.iter().map(|node| node.id.to_string());
+        let drones = ids.map(|id| Own::new(sink, &id)).collect::<io::Result<_>>()?;
+        let paths = trace.nodes.iter().map(|_| content::Flown::default()).collect();
+        Ok(Self { shared, clock: None, drones, paths, before: None, frames: 0, place })
+    }
+
+    /// Gives the sink the messages of a frame.
+    ///
+    /// # Errors
+    /// If the sink does not take a message.
+    pub fn frame<S: Sink + ?Sized>(
+        &mut self,
+        sink: &mut S,
+        trace: &Trace,
+        frame: &Frame,
+    ) -> io::Result<()> {
+        let now = Moment { micros: frame.time_us };
+        let Self { shared, clock, drones, paths, before, frames, place } = self;
+        if let Some(clock) = clock {
+            put(sink, *clock, now, &Clock { clock: content::stamp(now) })?;
+        }
+        if before.is_none() {
+            if let Some(map) = &place.map {
+                put(sink, shared.map, now, &grid::message(map, now))?;
+            }
+            put(sink, shared.fixed, now, &content::fixed(trace, now))?;
+        }
+        put(sink, shared.transforms, now, &content::transforms(trace, frame, now))?;
+        put(sink, shared.markers, now, &content::markers(trace, frame, now))?;
+        if frames.is_multiple_of(DIAGNOSTICS_EVERY) {
+            put(sink, shared.diagnostics, now, &content::diagnostics(trace, frame, now))?;
+        }
+        for (n, (own, drone)) in drones.iter().zip(&frame.drones).enumerate() {
+            let Some(node) = trace.nodes.get(n) else { continue };
+            let last =
+                before.as_ref().and_then(|frame| Some((frame.time_us, frame.drones.get(n)?)));
+            put(sink, own.odometry, now, &content::odometry(node, drone, last, now))?;
+            own.put_beams(sink, node.id.0, drone, place.reach, now)?;
+            own.put_links(sink, drone, now)?;
+            paths[n].add(drone, now);
+            if frames.is_multiple_of(PATHS_EVERY) {
+                put(sink, own.path, now, &paths[n].path(now))?;
+            }
+        }
+        *frames += 1;
+        *before = Some(frame.clone());
+        Ok(())
+    }
+
+    /// Gives the sink the last messages: the whole paths.
+    ///
+    /// # Errors
+    /// If the sink does not take a message.
+    pub fn finish<S: Sink + ?Sized>(&mut self, sink: &mut S) -> io::Result<()> {
+        let Some(last) = self.before.take() else { return Ok(()) };
+        let now = Moment { micros: last.time_us };
+        for (own, flown) in self.drones.iter().zip(&self.paths) {
+            put(sink, own.path, now, &flown.path(now))?;
+        }
+        Ok(())
+    }
+}
+
+impl Shared {
+    fn new<S: Sink + ?Sized>(sink: &mut Numbered<'_, S>) -> io::Result<Self> {
+        Ok(Self {
+            map: sink.topic("/map", true)?,
+            transforms: sink.topic("/tf", false)?,
+            fixed: sink.topic("/tf_static", true)?,
+            markers: sink.topic("/drones", false)?,
+            diagnostics: sink.topic("/diagnostics", false)?,
+        })
+    }
+}
+
+impl Own {
+    fn new<S: Sink + ?Sized>(sink: &mut Numbered<'_, S>, id: &str) -> io::Result<Self> {
+        let drone = format!("/drone_{id}");
+        let odometry = sink.topic(&format!("{drone}/odom"), false)?;
+        let path = sink.topic(&format!("{drone}/path"), false)?;
+        let mut range = |beam| sink.topic(&format!("{drone}/range/{beam}"), false);
+        let [nw, ne, sw, se] = BEAMS.map(|(beam, _)| range(beam));
+        let ranges = [nw?, ne?, sw?, se?];
+        let mut link = |side, what| sink.topic(&format!("{drone}/link/{side}/{what}"), false);
+        let mut side = |side| -> io::Result<_> {
+            Ok([link(side, "raw_dbm")?, link(side, "filtered_dbm")?, link(side, "true_dbm")?])
+        };
+        Ok(Self { odometry, path, ranges, front: side("front")?, back: side("back")? })
+    }
+
+    fn put_beams<S: Sink + ?Sized>(
+        &self,
+        sink: &mut S,
+        id: u8,
+        drone: &DroneFrame,
+        reach: f32,
+        now: Moment,
+    ) -> io::Result<()> {
+        for ((topic, (beam, _)), metres) in self.ranges.iter().zip(BEAMS).zip(drone.ranges) {
+            if !metres.is_nan() {
+                let frame = content::beam_frame(id, beam);
+                put(sink, *topic, now, &content::range(frame, metres, reach, now))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn put_links<S: Sink + ?Sized>(
+        &self,
+        sink: &mut S,
+        drone: &DroneFrame,
+        now: Moment,
+    ) -> io::Result<()> {
+        for (topics, link) in [(self.front, drone.front), (self.back, drone.back)] {
+            let Some(LinkFrame { raw, filtered, truth, .. }) = link else { continue };
+            for (topic, strength) in topics.into_iter().zip([raw, filtered, truth]) {
+                put(sink, topic, now, &Float32 { data: strength.0 })?;
+            }
+        }
+        Ok(())
+    }
+}

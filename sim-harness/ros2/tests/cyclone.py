@@ -1,0 +1,176 @@
+"""A peer of another maker's DDS: it hears the topics of a served mission and steers its head.
+
+Its argument is the domain. It ends with 0 once the map has come, which was sent before it joined, the head
+has flown a metre and a half by its odometry, and its order to return has been sent; with 1 after a minute.
+"""
+
+import math
+import sys
+import time
+from dataclasses import dataclass
+
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl.types import array, float32, float64, int8, int32, sequence, uint32
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+
+@dataclass
+class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
+    sec: int32
+    nanosec: uint32
+
+
+@dataclass
+class Clock(IdlStruct, typename="rosgraph_msgs::msg::dds_::Clock_"):
+    clock: Time
+
+
+@dataclass
+class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
+    stamp: Time
+    frame_id: str
+
+
+@dataclass
+class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
+    data: str
+
+
+@dataclass
+class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
+    x: float64
+    y: float64
+    z: float64
+
+
+@dataclass
+class Point(IdlStruct, typename="geometry_msgs::msg::dds_::Point_"):
+    x: float64
+    y: float64
+    z: float64
+
+
+@dataclass
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    x: float64
+    y: float64
+    z: float64
+    w: float64
+
+
+@dataclass
+class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
+    position: Point
+    orientation: Quaternion
+
+
+@dataclass
+class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    linear: Vector3
+    angular: Vector3
+
+
+@dataclass
+class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
+    pose: Pose
+    covariance: array[float64, 36]
+
+
+@dataclass
+class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
+    twist: Twist
+    covariance: array[float64, 36]
+
+
+@dataclass
+class Odometry(IdlStruct, typename="nav_msgs::msg::dds_::Odometry_"):
+    header: Header
+    child_frame_id: str
+    pose: PoseWithCovariance
+    twist: TwistWithCovariance
+
+
+@dataclass
+class Transform(IdlStruct, typename="geometry_msgs::msg::dds_::Transform_"):
+    translation: Vector3
+    rotation: Quaternion
+
+
+@dataclass
+class TransformStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TransformStamped_"):
+    header: Header
+    child_frame_id: str
+    transform: Transform
+
+
+@dataclass
+class TFMessage(IdlStruct, typename="tf2_msgs::msg::dds_::TFMessage_"):
+    transforms: sequence[TransformStamped]
+
+
+@dataclass
+class MapMetaData(IdlStruct, typename="nav_msgs::msg::dds_::MapMetaData_"):
+    map_load_time: Time
+    resolution: float32
+    width: uint32
+    height: uint32
+    origin: Pose
+
+
+@dataclass
+class OccupancyGrid(IdlStruct, typename="nav_msgs::msg::dds_::OccupancyGrid_"):
+    header: Header
+    info: MapMetaData
+    data: sequence[int8]
+
+
+RELIABLE = Policy.Reliability.Reliable(duration(seconds=1))
+# The profiles of rclcpp: what a subscriber and a publisher have where nothing else is asked for.
+DEFAULT = Qos(RELIABLE, Policy.History.KeepLast(10))
+LATCHED = Qos(RELIABLE, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
+
+
+def main(domain):
+    peer = DomainParticipant(domain)
+
+    def reader(name, kind, qos=DEFAULT):
+        return DataReader(peer, Topic(peer, "rt" + name, kind), qos=qos)
+
+    def writer(name, kind):
+        return DataWriter(peer, Topic(peer, "rt" + name, kind), qos=DEFAULT)
+
+    clock, odometry = reader("/clock", Clock), reader("/drone_0/odom", Odometry)
+    transforms, grid = reader("/tf", TFMessage), reader("/map", OccupancyGrid, LATCHED)
+    twists, orders = writer("/cmd_vel", Twist), writer("/order", String)
+    began, now, first, flown, frames, area = time.time(), 0.0, None, 0.0, set(), 0
+    while time.time() - began < 60:
+        still = Vector3(0.0, 0.0, 0.0)
+        twists.write(Twist(Vector3(0.3, 0.0, 0.0), still))
+        for sample in clock.take():
+            now = sample.clock.sec + sample.clock.nanosec * 1e-9
+        for sample in odometry.take():
+            at = sample.pose.pose.position
+            first = first or at
+            flown = math.dist((at.x, at.y), (first.x, first.y))
+        for sample in transforms.take():
+            frames |= {transform.child_frame_id for transform in sample.transforms}
+        for sample in grid.take():
+            assert len(sample.data) == sample.info.width * sample.info.height
+            area = len(sample.data)
+        if flown > 1.5 and now > 0 and area and {"drone_0", "drone_1"} <= frames:
+            break
+        time.sleep(0.05)
+    else:
+        sys.exit(f"after a minute: clock {now}, flown {flown}, frames {frames}, map {area}")
+    # An order comes once; a Twist that came later would be another one.
+    time.sleep(0.5)
+    orders.write(String("return"))
+    time.sleep(1.0)
+
+
+main(int(sys.argv[1]))

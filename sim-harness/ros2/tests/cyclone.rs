@@ -1,0 +1,50 @@
+//! A served mission and a peer with another maker's DDS, Eclipse Cyclone DDS.
+
+use std::ffi::OsString;
+use std::net::Ipv4Addr;
+use std::path::Path;
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use bridge::Ports;
+use measure::metrics::Reference;
+use ros2::{Companion, Node};
+use scenario::Scenario;
+use serve::{Live, World};
+use units::{Metres, Order};
+
+/// A domain that no other program of this machine is likely to be in.
+const DOMAIN: u16 = 213;
+
+fn python() -> OsString {
+    std::env::var_os("UCHAIN_CYCLONEDDS_PYTHON")
+        .expect("UCHAIN_CYCLONEDDS_PYTHON does not name a Python that has the package cyclonedds")
+}
+
+#[test]
+#[ignore = "needs the Python package cyclonedds; UCHAIN_CYCLONEDDS_PYTHON names the Python"]
+fn cyclone_dds_hears_the_topics_and_steers_the_head() {
+    let scenario = Scenario::open("straight").unwrap_or_else(|error| panic!("{error}"));
+    let world = scenario.world();
+    let reference = Reference::of(&scenario, &world);
+    let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
+    let node = Node::open(DOMAIN).unwrap_or_else(|error| panic!("{error}"));
+    let live = Live::new(&scenario, &world, &reference, 1, false);
+    let companion = Companion::new(node, &scenario, live.trace()).unwrap();
+    let live = live.with_companion(Box::new(companion));
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cyclone.py");
+    let stop = AtomicBool::new(false);
+    let (live, peer) = thread::scope(|scope| {
+        let peer = scope.spawn(|| {
+            let peer = Command::new(python()).arg(script).arg(DOMAIN.to_string()).output().unwrap();
+            stop.store(true, Ordering::Relaxed);
+            peer
+        });
+        let (live, _) = serve::serve(live, ports, 4.0, None, &stop, |_, _| {});
+        (live, peer.join().unwrap())
+    });
+    assert!(peer.status.success(), "{}", String::from_utf8_lossy(&peer.stderr));
+    assert_eq!(live.ordered(), Some(Order::Return));
+    assert!(Metres(live.metrics().farthest_m) > Metres(1.5));
+}
