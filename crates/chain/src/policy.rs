@@ -51,7 +51,7 @@ pub enum SlopeOf {
 /// The law by which the imbalance e becomes a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SpeedLaw {
-    /// The velocity is The velocity is v = κ·e/g.
+    /// The velocity is v = κ·e/g.
     Proportional {
         /// The gain κ, in 1/s.
         gain: f32,

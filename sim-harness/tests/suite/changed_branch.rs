@@ -120,3 +120,40 @@ fn the_head_takes_the_branch_that_the_pilot_has_chosen_anew() {
 fn the_head_takes_the_branch_that_the_pilot_has_chosen_anew_with_rigid_bodies() {
     heeds(&JUNCTIONS[0], BACK_S[0], Fidelity::Flight, 1);
 }
+
+/// The row of 12 relays is so long that the junction is 1.4 m before the head's take-off. The relay beside
+/// it, which has flown and hovers at home again, leaves the head no room to fly back as far as before the
+/// junction, and the head flew back and forth there until the mission was over (3 of these 6).
+#[test]
+fn a_head_that_relays_at_home_leave_no_room_takes_the_branch_from_where_it_is() {
+    let step = |at_s: u32, speed: f32, branch: &str| {
+        format!(
+            "[[pilot]]\norder = \"explore\"\nat_s = {at_s}\nspeed_mps = {speed}\nbranch = \"{branch}\"\n"
+        )
+    };
+    let text = [
+        "title = \"no room\"\nduration_s = 150\n\
+         [tunnel]\nwidth_m = 1.5\ncentre_line_m = [[0.0, 0.0], [6.0, 0.0]]\n\
+         [[tunnel.branch]]\nname = \"dead-end\"\nwidth_m = 1.5\ncentre_line_m = [[6.0, 0.0], [6.0, -2.8]]\n\
+         [[tunnel.branch]]\nname = \"way-on\"\nwidth_m = 1.5\ncentre_line_m = [[6.0, 0.0], [8.0, 8.0]]\n\
+         [radio]\nattenuation = \"wall-count\"\n\
+         [drones]\nrelays = 12\n[launch]\nlimit_dbm = -62\n[retreat]\nlimit_dbm = -70\n",
+        &step(2, 0.2, "right"),
+        &step(32, -0.2, "right"),
+        &step(48, 0.35, "left"),
+    ]
+    .concat();
+    let file = folder().join("no-room.toml");
+    std::fs::write(&file, text).unwrap();
+    let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
+    let world = scenario.world();
+    for seed in 1..=6 {
+        let mut mission = Mission::new(&scenario, &world, seed);
+        while !mission.is_over() {
+            mission.round();
+        }
+        let head = mission.places().next().expect("a head");
+        let way_on = world.skeleton().edge_named("way-on").unwrap();
+        assert!(head.edge == way_on && head.along > 3.0, "seed {seed}: {head:?}");
+    }
+}

@@ -24,6 +24,8 @@ mod turn;
 
 pub use duty::ChainDuty;
 
+use core::ops::ControlFlow::Continue;
+
 use chain::astray::AstrayWatch;
 use chain::chain_wide::ChainWideState;
 use chain::edge::EdgeWatch;
@@ -189,7 +191,7 @@ impl Chain {
         duty: ChainDuty,
     ) -> Next<ChainDuty> {
         self.note_stick(round);
-        duty.next(&Standing {
+        let next = duty.next(&Standing {
             config,
             round,
             links: self.links(config, round.role),
@@ -200,7 +202,12 @@ impl Chain {
             is_astray: self.is_astray(config, round, duty),
             chosen_anew: self.chosen_anew(round),
             is_sited: self.is_sited(config, round, duty),
-        })
+        });
+        if let (ChainDuty::Rejoining { to, .. }, Continue(ChainDuty::Leading { .. })) = (duty, next)
+        {
+            self.note_rejoined(round, to);
+        }
+        next
     }
 
     /// Where a drone is that lands at home.

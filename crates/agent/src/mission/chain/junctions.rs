@@ -124,6 +124,19 @@ impl Chain {
         (round.id == NodeId::HEAD && is_back && is_near).then_some(opened)
     }
 
+    /// Notes that the first head, which was to fly back to `to`, flies on. The pilot's choice counts from
+    /// there on, also where the drones behind leave no room to come so far: they stand at home.
+    pub(super) fn note_rejoined(&mut self, round: &Round, to: Metres) {
+        if let Some(Order::Explore(Course { speed, branch })) = round.order()
+            && speed.0 > 0.0
+            && round.id == NodeId::HEAD
+        {
+            let way = if round.way() < to { round.way() } else { to };
+            self.backed_from = None;
+            self.route.lead(way, branch, round.junction);
+        }
+    }
+
     /// The branch that the drone takes at the junctions near its place.
     fn branch(&mut self, round: &Round, duty: ChainDuty) -> Option<Branch> {
         // Across a wide gallery, a drone flies from wall to wall on the stretch behind the place at which
