@@ -58,7 +58,7 @@ pub(crate) trait Benchmark: Args + 'static {
     const NAME: &'static str;
     /// One line that says what it measures, for the help.
     const ABOUT: &'static str;
-    /// The page of the book, in `docs/src`, that explains it and has its results.
+    /// The page of the book, in `docs/src`, that explains it; long tables are in `docs/results`.
     const PAGE: &'static str;
     /// The files that it needs beside this program.
     const NEEDS: Needs = Needs::Nothing;
