@@ -6,6 +6,7 @@ use chain::route::{JUNCTION, Route};
 use tunnel_nav::{Guide, Homing};
 use units::{Branch, Course, Metres, NodeId, Order, Phase, Role};
 
+use super::speed::PAST_ROW;
 use super::{Chain, ChainDuty};
 use crate::AgentConfig;
 use crate::mission::Round;
@@ -125,11 +126,13 @@ impl Chain {
     }
 
     /// Notes that the first head, which was to fly back to `to`, flies on. The pilot's choice counts from
-    /// there on, also where the drones behind leave no room to come so far: they stand at home.
+    /// there on, also where the drone behind leaves no room to come so far because it hovers at home. From
+    /// any other place it makes room: it may be in the branch that the head has left.
     pub(super) fn note_rejoined(&mut self, round: &Round, to: Metres) {
         if let Some(Order::Explore(Course { speed, branch })) = round.order()
             && speed.0 > 0.0
             && round.id == NodeId::HEAD
+            && self.back().is_some_and(|back| back.report.odometer <= PAST_ROW)
         {
             let way = if round.way() < to { round.way() } else { to };
             self.backed_from = None;

@@ -16,7 +16,7 @@ use crate::{AgentConfig, LinkView};
 
 /// The links of a head do not hold it nearer than this to where it took off, m: there it would be above
 /// the relay that is called next, which then does not take off. [`CLEAR`], and what odometers are off by.
-const PAST_ROW: Metres = Metres(CLEAR.0 + 0.2);
+pub(super) const PAST_ROW: Metres = Metres(CLEAR.0 + 0.2);
 
 impl Chain {
     /// How fast the drone is to fly along the tunnel at a duty of the chain.
