@@ -76,7 +76,7 @@ impl<W: Write + Seek> Recording<W> {
 }
 
 impl<W: Write + Seek> Sink for Recording<W> {
-    fn topic(&mut self, about: &About<'_>) -> io::Result<()> {
+    fn topic(&mut self, about: &About<'_>) -> io::Result<usize> {
         let &About { name, kind, is_latched } = about;
         let text = schema(kind);
         let schema = self.writer.add_schema(kind, "ros2msg", text.as_bytes()).map_err(as_io)?;
@@ -84,7 +84,7 @@ impl<W: Write + Seek> Sink for Recording<W> {
         let channel = self.writer.add_channel(schema, name, "cdr", &about).map_err(as_io)?;
         self.channels.push(channel);
         self.topics.push(Known { name: name.to_owned(), kind, is_latched, count: 0 });
-        Ok(())
+        Ok(self.topics.len() - 1)
     }
 
     fn put(&mut self, topic: usize, at_us: u64, cdr: &[u8]) -> io::Result<()> {

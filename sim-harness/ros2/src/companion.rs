@@ -3,6 +3,7 @@
 use std::io;
 
 use crtp::{OperatorTask, ParameterId};
+use input::InputError;
 use mission::trace::{Frame, Trace};
 use report::bag::{Messages, Place};
 use scenario::Scenario;
@@ -31,8 +32,11 @@ impl Companion {
 }
 
 impl serve::Companion for Companion {
-    fn show(&mut self, trace: &Trace, frame: &Frame) -> io::Result<()> {
-        self.messages.frame(&mut self.node, trace, frame)
+    fn show(&mut self, trace: &Trace, frame: &Frame) -> Result<(), InputError> {
+        self.messages.frame(&mut self.node, trace, frame).map_err(|error| {
+            let wrong = format!("the messages of ROS 2 cannot be sent: {error}");
+            InputError::new(wrong, "look whether this machine's network is up")
+        })
     }
 
     fn asks(&mut self) -> Vec<Packet> {

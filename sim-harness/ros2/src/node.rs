@@ -83,7 +83,8 @@ impl Node {
         })
     }
 
-    /// How many messages were not sent, because a subscriber was too slow or the network down.
+    /// How many messages the DDS did not take. One that it took may still not reach a subscriber that is
+    /// slower than its history lasts.
     #[must_use]
     pub const fn lost(&self) -> u64 {
         self.lost
@@ -122,7 +123,7 @@ fn subscribe<M: 'static>(
 }
 
 impl Sink for Node {
-    fn topic(&mut self, about: &About<'_>) -> io::Result<()> {
+    fn topic(&mut self, about: &About<'_>) -> io::Result<usize> {
         // The mission waits for no subscriber.
         let qos = QosProfile::publisher_default().reliability_reliable(WhenFull::Fail);
         let qos = if about.is_latched {
@@ -134,7 +135,7 @@ impl Sink for Node {
         let topic = self.node.create_topic(&name, kind, &qos).map_err(io::Error::other)?;
         let publisher = self.node.create_publisher(&topic, None).map_err(io::Error::other)?;
         self.publishers.push(publisher);
-        Ok(())
+        Ok(self.publishers.len() - 1)
     }
 
     fn put(&mut self, topic: usize, _: u64, cdr: &[u8]) -> io::Result<()> {

@@ -12,10 +12,13 @@ use measure::metrics::Reference;
 use ros2::{Companion, Node};
 use scenario::Scenario;
 use serve::{Live, World};
-use units::{Metres, Order};
+use units::{Duration, Metres, Order};
 
 /// A domain that no other program of this machine is likely to be in.
 const DOMAIN: u16 = 213;
+/// The mission ends also where the peer cannot be started: four times the minute that the peer tries, since the
+/// mission is flown four times as fast, and as much again.
+const LONGEST: Duration = Duration::from_secs(480);
 
 fn python() -> OsString {
     std::env::var_os("UCHAIN_CYCLONEDDS_PYTHON")
@@ -33,15 +36,16 @@ fn cyclone_dds_hears_the_topics_and_steers_the_head() {
     let live = Live::new(&scenario, &world, &reference, 1, false);
     let companion = Companion::new(node, &scenario, live.trace()).unwrap();
     let live = live.with_companion(Box::new(companion));
+    let python = python();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cyclone.py");
     let stop = AtomicBool::new(false);
     let (live, peer) = thread::scope(|scope| {
         let peer = scope.spawn(|| {
-            let peer = Command::new(python()).arg(script).arg(DOMAIN.to_string()).output().unwrap();
+            let peer = Command::new(python).arg(script).arg(DOMAIN.to_string()).output().unwrap();
             stop.store(true, Ordering::Relaxed);
             peer
         });
-        let (live, _) = serve::serve(live, ports, 4.0, None, &stop, |_, _| {});
+        let (live, _) = serve::serve(live, ports, 4.0, Some(LONGEST), &stop, |_, _| {});
         (live, peer.join().unwrap())
     });
     assert!(peer.status.success(), "{}", String::from_utf8_lossy(&peer.stderr));

@@ -2,7 +2,6 @@
 //! other.
 
 use core::f32::consts::FRAC_PI_4;
-use std::io;
 
 use bridge::Polled;
 use crtp::{Ranges, Snapshot};
@@ -29,7 +28,7 @@ pub struct Live<'a> {
     thinning: Thinning,
     keep: bool,
     files: Option<(Folder, TraceFiles)>,
-    /// Why the files take no more.
+    /// Why the files, or the companion, take no more.
     unwritten: Option<InputError>,
     reach: Metres,
     /// For each member the packets of its client; `None` for members on the host, whose server
@@ -43,8 +42,8 @@ pub trait Companion {
     /// Shows a frame of the mission.
     ///
     /// # Errors
-    /// If the companion cannot go on.
-    fn show(&mut self, trace: &Trace, frame: &Frame) -> io::Result<()>;
+    /// If the companion cannot go on: the mission ends.
+    fn show(&mut self, trace: &Trace, frame: &Frame) -> Result<(), InputError>;
 
     /// The packets for the base that have come since the last call.
     fn asks(&mut self) -> Vec<Packet>;
@@ -166,16 +165,13 @@ impl<'a> Live<'a> {
 }
 
 impl Live<'_> {
-    /// Shows the present state of the mission to the companion, and takes it into the record.
+    /// Shows the present state of the mission to the companion, and takes it into the record where one is kept.
     fn note(&mut self) {
         let frame = self.mission.frame();
         if let Some(companion) = &mut self.companion
             && let Err(error) = companion.show(&self.trace, &frame)
         {
-            self.unwritten.get_or_insert(InputError::new(
-                format!("the messages of ROS 2 cannot be sent: {error}"),
-                "look whether this machine's network is up",
-            ));
+            self.unwritten.get_or_insert(error);
         }
         if !self.keep {
             return;

@@ -48,8 +48,8 @@ pub(super) struct ServeArgs {
     fidelity: Option<FidelityArg>,
     /// Publish the mission to ROS 2 as well, in this domain, where left out in that of ROS_DOMAIN_ID or
     /// 0; the head follows /cmd_vel, the team /order. For `cargo sim-ros2`
-    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, require_equals = true, default_missing_value = "")]
-    ros2: Option<String>,
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, require_equals = true)]
+    ros2: Option<Option<String>>,
     #[command(flatten)]
     emulated: VirtualArgs,
     #[command(flatten)]
@@ -91,7 +91,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
         let ports = Ports::open(args.host, args.port, 1)?;
         return stock::serve(&firmware, &args.common, ports, (speed, duration), asked);
     }
-    let node = args.ros2.as_deref().map(ros2_node::open).transpose()?;
+    let node = args.ros2.as_ref().map(|domain| ros2_node::open(domain.as_deref())).transpose()?;
     let folder = args.common.folder()?;
     let ports = Ports::open(args.host, args.port, scenario.drones.members())?;
     let world = scenario.world();
@@ -167,7 +167,7 @@ fn finish(
     tally: Tally,
 ) -> Result<Verdict, Trouble> {
     if let Some(lost) = live.lost().filter(|lost| *lost > 0) {
-        complain(format_args!("{lost} messages of ROS 2 were not sent: a subscriber was too slow"));
+        complain(format_args!("{lost} messages of ROS 2 were not sent: the DDS did not take them"));
     }
     let metrics = live.metrics();
     let aftermath = Aftermath::of(live.mission());
@@ -254,11 +254,11 @@ mod ros2_node {
     use serve::Live;
 
     /// Joins a domain, which is given as a number, or not at all.
-    pub(super) fn open(domain: &str) -> Result<Node, InputError> {
+    pub(super) fn open(domain: Option<&str>) -> Result<Node, InputError> {
         let from_environment = || std::env::var("ROS_DOMAIN_ID").ok();
         let (domain, source) = match domain {
-            "" => (from_environment().unwrap_or_else(|| "0".into()), "ROS_DOMAIN_ID="),
-            domain => (domain.to_owned(), "--ros2="),
+            None => (from_environment().unwrap_or_else(|| "0".into()), "ROS_DOMAIN_ID="),
+            Some(domain) => (domain.to_owned(), "--ros2="),
         };
         let number = domain.parse().ok().filter(|number| *number <= LARGEST_DOMAIN);
         let number = number.ok_or_else(|| {
@@ -291,7 +291,7 @@ mod ros2_node {
 
     pub(super) enum Node {}
 
-    pub(super) fn open(_: &str) -> Result<Node, InputError> {
+    pub(super) fn open(_: Option<&str>) -> Result<Node, InputError> {
         let wrong = "--ros2: this uchain was built without ROS 2";
         Err(InputError::new(wrong, "use `cargo sim-ros2` in place of `cargo sim`"))
     }

@@ -123,7 +123,7 @@ fn the_head_takes_the_branch_that_the_pilot_has_chosen_anew_with_rigid_bodies() 
 
 /// The row of 12 relays is so long that the junction is 1.4 m before the head's take-off. The relay beside
 /// it, which has flown and hovers at home again, leaves the head no room to fly back as far as before the
-/// junction, and the head flew back and forth there until the mission was over (3 of these 6).
+/// junction, and the head flew back and forth there until the mission was over (2 of these 6).
 #[test]
 fn a_head_that_relays_at_home_leave_no_room_takes_the_branch_from_where_it_is() {
     let step = |at_s: u32, speed: f32, branch: &str| {

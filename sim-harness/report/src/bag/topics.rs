@@ -33,11 +33,11 @@ pub struct About<'a> {
 
 /// Where the messages of a mission go: into a file, or to other programs.
 pub trait Sink {
-    /// Adds a topic. Topics are numbered from 0 on in the order in which they are added.
+    /// Adds a topic, and returns the number by which [`put`](Self::put) knows it.
     ///
     /// # Errors
     /// If the topic cannot be added.
-    fn topic(&mut self, about: &About<'_>) -> io::Result<()>;
+    fn topic(&mut self, about: &About<'_>) -> io::Result<usize>;
 
     /// Takes a message of the topic with this number, at `at_us` microseconds of the mission. `cdr` is the
     /// message in CDR, little-endian, without the encapsulation header.
@@ -61,17 +61,10 @@ impl<M> Clone for Topic<M> {
 
 impl<M> Copy for Topic<M> {}
 
-/// A sink, and the number of topics that it has.
-struct Numbered<'a, S: Sink + ?Sized> {
-    sink: &'a mut S,
-    topics: usize,
-}
-
-impl<S: Sink + ?Sized> Numbered<'_, S> {
-    fn topic<M: Message>(&mut self, name: &str, is_latched: bool) -> io::Result<Topic<M>> {
-        self.sink.topic(&About { name, kind: M::NAME, is_latched })?;
-        self.topics += 1;
-        Ok(Topic { index: self.topics - 1, kind: PhantomData })
+impl<M: Message> Topic<M> {
+    fn add<S: Sink + ?Sized>(sink: &mut S, name: &str, is_latched: bool) -> io::Result<Self> {
+        let index = sink.topic(&About { name, kind: M::NAME, is_latched })?;
+        Ok(Self { index, kind: PhantomData })
     }
 }
 
@@ -131,12 +124,16 @@ pub struct Messages {
 }
 
 impl Messages {
-    /// Adds the topics of a mission to a sink that has none.
+    /// Adds the topics of a mission to a sink.
     ///
     /// # Errors
     /// If the sink does not take a topic.
     pub fn new<S: Sink + ?Sized>(trace: &Trace, place: Place, sink: &mut S) -> io::Result<Self> {
-        Self::begin(trace, place, &mut Numbered { sink, topics: 0 })
+        let shared = Shared::new(sink)?;
+        let ids = trace.nodes.iter().map(|node| node.id.to_string());
+        let drones = ids.map(|id| Own::new(sink, &id)).collect::<io::Result<_>>()?;
+        let paths = trace.nodes.iter().map(|_| content::Flown::default()).collect();
+        Ok(Self { shared, clock: None, drones, paths, before: None, frames: 0, place })
     }
 
     /// The same with the topic `/clock`, which has the time of the mission.
@@ -148,21 +145,8 @@ impl Messages {
         place: Place,
         sink: &mut S,
     ) -> io::Result<Self> {
-        let mut sink = Numbered { sink, topics: 0 };
-        let clock = Some(sink.topic("/clock", false)?);
-        Ok(Self { clock, ..Self::begin(trace, place, &mut sink)? })
-    }
-
-    fn begin<S: Sink + ?Sized>(
-        trace: &Trace,
-        place: Place,
-        sink: &mut Numbered<'_, S>,
-    ) -> io::Result<Self> {
-        let shared = Shared::new(sink)?;
-        let ids = trace.nodes.iter().map(|node| node.id.to_string());
-        let drones = ids.map(|id| Own::new(sink, &id)).collect::<io::Result<_>>()?;
-        let paths = trace.nodes.iter().map(|_| content::Flown::default()).collect();
-        Ok(Self { shared, clock: None, drones, paths, before: None, frames: 0, place })
+        let clock = Some(Topic::add(sink, "/clock", false)?);
+        Ok(Self { clock, ..Self::new(trace, place, sink)? })
     }
 
     /// Gives the sink the messages of a frame.
@@ -223,26 +207,26 @@ impl Messages {
 }
 
 impl Shared {
-    fn new<S: Sink + ?Sized>(sink: &mut Numbered<'_, S>) -> io::Result<Self> {
+    fn new<S: Sink + ?Sized>(sink: &mut S) -> io::Result<Self> {
         Ok(Self {
-            map: sink.topic("/map", true)?,
-            transforms: sink.topic("/tf", false)?,
-            fixed: sink.topic("/tf_static", true)?,
-            markers: sink.topic("/drones", false)?,
-            diagnostics: sink.topic("/diagnostics", false)?,
+            map: Topic::add(sink, "/map", true)?,
+            transforms: Topic::add(sink, "/tf", false)?,
+            fixed: Topic::add(sink, "/tf_static", true)?,
+            markers: Topic::add(sink, "/drones", false)?,
+            diagnostics: Topic::add(sink, "/diagnostics", false)?,
         })
     }
 }
 
 impl Own {
-    fn new<S: Sink + ?Sized>(sink: &mut Numbered<'_, S>, id: &str) -> io::Result<Self> {
+    fn new<S: Sink + ?Sized>(sink: &mut S, id: &str) -> io::Result<Self> {
         let drone = format!("/drone_{id}");
-        let odometry = sink.topic(&format!("{drone}/odom"), false)?;
-        let path = sink.topic(&format!("{drone}/path"), false)?;
-        let mut range = |beam| sink.topic(&format!("{drone}/range/{beam}"), false);
+        let odometry = Topic::add(sink, &format!("{drone}/odom"), false)?;
+        let path = Topic::add(sink, &format!("{drone}/path"), false)?;
+        let mut range = |beam| Topic::add(sink, &format!("{drone}/range/{beam}"), false);
         let [nw, ne, sw, se] = BEAMS.map(|(beam, _)| range(beam));
         let ranges = [nw?, ne?, sw?, se?];
-        let mut link = |side, what| sink.topic(&format!("{drone}/link/{side}/{what}"), false);
+        let mut link = |side, what| Topic::add(sink, &format!("{drone}/link/{side}/{what}"), false);
         let mut side = |side| -> io::Result<_> {
             Ok([link(side, "raw_dbm")?, link(side, "filtered_dbm")?, link(side, "true_dbm")?])
         };

@@ -125,9 +125,9 @@ impl Chain {
         (round.id == NodeId::HEAD && is_back && is_near).then_some(opened)
     }
 
-    /// Notes that the first head, which was to fly back to `to`, flies on. The pilot's choice counts from
-    /// there on, also where the drone behind leaves no room to come so far because it hovers at home. From
-    /// any other place it makes room: it may be in the branch that the head has left.
+    /// Notes that the first head, which was to fly back to `to`, flies on, if the drone behind hovers at
+    /// home: it leaves the head no room to come so far, and the pilot's choice counts from there on all the
+    /// same. A drone at any other place makes room, and may be in the branch that the head has left.
     pub(super) fn note_rejoined(&mut self, round: &Round, to: Metres) {
         if let Some(Order::Explore(Course { speed, branch })) = round.order()
             && speed.0 > 0.0

@@ -14,8 +14,8 @@ use super::{Chain, ChainDuty};
 use crate::mission::{Round, Task};
 use crate::{AgentConfig, LinkView};
 
-/// The links of a head do not hold it nearer than this to where it took off, m: there it would be above
-/// the relay that is called next, which then does not take off. [`CLEAR`], and what odometers are off by.
+/// A drone that is nearer than this to where it took off is above the row, m: [`CLEAR`], and what odometers
+/// are off by. Links do not hold a head there, since the relay that is called next does not take off below it.
 pub(super) const PAST_ROW: Metres = Metres(CLEAR.0 + 0.2);
 
 impl Chain {
