@@ -22,6 +22,8 @@ use units::Radians;
 
 use crate::plane::{Vec2, axes, dot, minus, plus, wrapped};
 
+mod rejoin;
+
 /// The distance between two crumbs, m.
 const SPACING: f32 = 0.2;
 /// The number of crumbs kept: 120 m of path. A relay needs a few metres of it to hover in a bend;

@@ -82,7 +82,7 @@ impl Navigator {
     }
 
     /// The yaw rate of a drone that flies tail first, has not come on for long and looks round for the way
-    /// home. It flies on there by the walls: the path that led it here is forgotten.
+    /// home. It flies on there by the walls, and by its path, on which it finds its place again.
     #[inline(never)]
     pub(super) fn look_for_home(
         &mut self,
@@ -115,7 +115,7 @@ impl Navigator {
         let yaw_rate = self.scan.step(ranges, heading.0, stands, &Seeks::WayHome(home));
         if was_on && !self.scan.is_on() {
             if has_found {
-                self.trail.forget();
+                self.trail.rejoin();
                 self.forget_walls();
             }
             self.lost.take(self.trail.at(), wrapped(heading.0 + PI));

@@ -26,7 +26,7 @@ pub(super) struct Lost {
     from: Vec2,
     /// The farthest from there that counted as having come on, m.
     farthest: f32,
-    /// The iterations since then.
+    /// The iterations in which it has flown since then, less those in which it has not.
     idle: u8,
     /// Where it last looked round, and the heading of the way that it took from there, rad.
     tried: Option<(Vec2, f32)>,
@@ -42,12 +42,14 @@ impl Lost {
     /// whether it has lost its way.
     pub(super) fn step(&mut self, at: Vec2, flies: bool) -> bool {
         let gone = distance(at, self.from);
-        if gone > SLIDES || !flies {
+        if gone > SLIDES {
             (self.from, self.farthest, self.idle) = (at, 0.0, 0);
         } else if gone > self.farthest + COME_ON {
             (self.farthest, self.idle) = (gone, 0);
         }
-        self.idle = if flies { self.idle.saturating_add(1).min(LOST) } else { 0 };
+        // A drone that waits for a moment, as others come near, has not come on by that.
+        self.idle =
+            if flies { self.idle.saturating_add(1).min(LOST) } else { self.idle.saturating_sub(1) };
         self.idle == LOST
     }
 
@@ -77,7 +79,12 @@ mod tests {
         assert!(lost(slides, |_| true).is_some(), "to and fro over 2 m along a dead end");
         assert_eq!(lost(trembles, |_| true), Some(u32::from(LOST) - 1));
         assert_eq!(lost(|round| [0.01 * round as f32, 0.0], |_| true), None);
-        assert_eq!(lost(trembles, |round| round % 50 != 0), None);
+        assert!(
+            lost(trembles, |round| round % 50 != 0).is_some(),
+            "stopped for a moment now and then"
+        );
+        assert_eq!(lost(trembles, |round| round % 2 == 0), None, "waits half of the time");
+        assert_eq!(lost(trembles, |round| round % 300 < 100), None, "waits longer than it flies");
     }
 
     #[test]
