@@ -9,7 +9,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_parser};
 use serde_json::Value;
 
-use self::record::{Record, RecordArgs};
+use self::record::RecordArgs;
 use super::{Common, Trouble, Verdict, complain, interrupt, put};
 use benchmarks::{Entry, Outcome, REGISTRY, Ready, Session};
 
