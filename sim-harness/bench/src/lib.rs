@@ -123,6 +123,14 @@ pub struct Outcome {
     pub json: Value,
     /// The bounds that were missed, one line each.
     pub missed: Vec<String>,
+    /// The seeds that were flown with, in words.
+    pub seeds: String,
+}
+
+/// The seeds of a row of `count` missions, the first of which has the seed `first`.
+fn seeds(first: u64, count: usize) -> String {
+    let last = first.wrapping_add(count as u64).wrapping_sub(1);
+    if first == last { first.to_string() } else { format!("{first} to {last}") }
 }
 
 /// A benchmark with its arguments, ready to run.

@@ -21,7 +21,7 @@ pub(crate) mod synthetic;
 mod write;
 
 pub use folder::{Folder, Staging, Streamed};
-pub use origin::{CampaignOrigin, Origin};
+pub use origin::{CampaignOrigin, Origin, REVISION};
 pub use runs_parquet::RunsParquet;
 pub use summary::summary;
 pub use summary::{last_states, metrics_json, route_json};

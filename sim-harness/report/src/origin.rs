@@ -14,6 +14,9 @@ use scenario::Scenario;
 const SCENARIO: &str = "scenario.toml";
 const ORIGIN: &str = "origin.json";
 
+/// The revision of this program's source, where a release build knows it.
+pub const REVISION: Option<&str> = option_env!("UCHAIN_BUILD_REVISION");
+
 /// What results were made of, beside the scenario.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq, Serialize)]
 pub struct Origin {
@@ -56,7 +59,7 @@ impl Origin {
             scenario: scenario.name.clone(),
             seed,
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            revision: option_env!("UCHAIN_BUILD_REVISION").map(str::to_owned),
+            revision: REVISION.map(str::to_owned),
             map_crc32: scenario.route.is_some().then(|| map_crc32(scenario)),
             campaign: None,
         }

@@ -1,11 +1,16 @@
 //! `uchain bench`: finds a benchmark in the registry, and prints what it measures.
 
+mod record;
+
+use std::ffi::OsString;
+
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_parser};
 use serde_json::Value;
 
-use super::{Common, Trouble, Verdict, complain, interrupt};
+use self::record::RecordArgs;
+use super::{Common, Trouble, Verdict, complain, interrupt, put};
 use benchmarks::{Entry, Outcome, REGISTRY, Ready, Session};
 
 /// The sub-command that runs every benchmark.
@@ -24,6 +29,8 @@ struct Chosen {
     benchmarks: Vec<(&'static Entry, Ready)>,
     is_all: bool,
     common: Common,
+    /// The file of the one benchmark.
+    record: RecordArgs,
 }
 
 impl Subcommand for Chosen {
@@ -48,13 +55,15 @@ impl FromArgMatches for Chosen {
             .ok_or_else(|| clap::Error::new(ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand))?;
         let common = Common::from_arg_matches(given)?;
         let Some(entry) = REGISTRY.iter().find(|entry| entry.name == name) else {
-            return Ok(Self { benchmarks: all(given)?, is_all: true, common });
+            let record = RecordArgs::default();
+            return Ok(Self { benchmarks: all(given)?, is_all: true, common, record });
         };
         if !entry.is_seeded && given.value_source("seed") == Some(ValueSource::CommandLine) {
             let wrong = "unexpected argument '--seed' found";
             return Err(sub_command(entry).error(ErrorKind::UnknownArgument, wrong));
         }
-        Ok(Self { benchmarks: vec![(entry, entry.parse(given)?)], is_all: false, common })
+        let record = RecordArgs::from_arg_matches(given)?;
+        Ok(Self { benchmarks: vec![(entry, entry.parse(given)?)], is_all: false, common, record })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -63,10 +72,10 @@ impl FromArgMatches for Chosen {
     }
 }
 
-/// The sub-command of one benchmark: its own arguments, and those of every verb.
+/// The sub-command of one benchmark: its own arguments, those of every verb, and the file of its table.
 fn sub_command(entry: &Entry) -> Command {
     let page = format!("The book explains it in docs/src/{}.", entry.page);
-    Common::augment_args(entry.command())
+    RecordArgs::augment_args(Common::augment_args(entry.command()))
         .about(entry.about)
         .long_about(None)
         .after_help(page)
@@ -98,9 +107,14 @@ fn all(given: &ArgMatches) -> Result<Vec<(&'static Entry, Ready)>, clap::Error> 
     REGISTRY.iter().filter(|entry| entry.is_in_all()).map(ready).collect()
 }
 
-pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
-    let Chosen { benchmarks, is_all, common } = &args.chosen;
+/// Runs what was chosen by this command line.
+pub(super) fn run(args: &BenchArgs, line: &[OsString]) -> Result<Verdict, Trouble> {
+    let Chosen { benchmarks, is_all, common, record } = &args.chosen;
     interrupt::ends();
+    let record = match benchmarks.as_slice() {
+        [(entry, _)] => record.open(entry)?,
+        _ => None,
+    };
     let mut folder = common.folder()?;
     let mut outcomes = Vec::new();
     for (entry, bench) in benchmarks {
@@ -114,7 +128,18 @@ pub(super) fn run(args: &BenchArgs) -> Result<Verdict, Trouble> {
         }
     }
     let tables: String = outcomes.iter().map(|(_, outcome)| outcome.table.as_str()).collect();
+    // What took an hour to measure is printed and kept, even where one of both cannot be done.
+    let recorded = match (&record, outcomes.as_slice()) {
+        (Some(record), [(_, outcome)]) => record.write(line, outcome),
+        _ => Ok(()),
+    };
     common.finish(folder, &tables, &summary(&outcomes, *is_all))?;
+    recorded?;
+    if let Some(record) = record.filter(|_| common.prints_table()) {
+        // The files of `--out` come after an empty line of their own.
+        let gap = if common.out.is_some() { "" } else { "\n" };
+        put(&format!("{gap}wrote {}\n", record.path().display()))?;
+    }
     let missed: Vec<_> = outcomes.iter().flat_map(|(_, outcome)| &outcome.missed).collect();
     for what in &missed {
         complain(what);

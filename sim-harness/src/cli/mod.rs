@@ -234,7 +234,8 @@ pub fn main() -> ExitCode {
 
 /// Carries out a command line, whose first argument is the program's name; returns the exit status.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
-    let command = match Command::try_parse_from(arguments) {
+    let line: Vec<OsString> = arguments.into_iter().collect();
+    let command = match Command::try_parse_from(&line) {
         Ok(command) => command,
         Err(error) => return usage::told(&error),
     };
@@ -248,7 +249,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Keys(args) => keys::run(&args),
         Verb::Map(args) => map::run(&args),
         Verb::Plan(args) => plan::run(&args),
-        Verb::Bench(args) => bench::run(&args),
+        Verb::Bench(args) => bench::run(&args, &line),
     };
     match done {
         Ok(Verdict::Good) => 0,

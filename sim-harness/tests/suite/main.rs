@@ -32,6 +32,7 @@ mod played_back;
 mod radio;
 mod radios;
 mod random_scenarios;
+mod records;
 mod retirement;
 mod survey_routes;
 mod twist;

@@ -36,7 +36,8 @@ impl Benchmark for AttacksBench {
         let missed = measure::missed(&rows);
         let rows: Vec<Value> = rows.iter().map(measure::Row::json).collect();
         let besieged: Vec<Value> = besieged.iter().map(sieges::Row::json).collect();
-        Ok(Outcome { table, json: json!({ "attacks": rows, "sieges": besieged }), missed })
+        let json = json!({ "attacks": rows, "sieges": besieged });
+        Ok(Outcome { table, json, missed, seeds: super::seeds(session.seed, count) })
     }
 }
 

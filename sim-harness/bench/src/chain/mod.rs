@@ -120,7 +120,9 @@ impl ChainBench {
         drop(progress);
         let what = if self.ablation { "without" } else { "policy" };
         let table = table(&choice, what, &rows);
-        Ok(Outcome { table, json: rows.iter().map(Row::json).collect(), missed: Vec::new() })
+        let json = rows.iter().map(Row::json).collect();
+        let seeds = super::seeds(choice.seed, choice.runs);
+        Ok(Outcome { table, json, missed: Vec::new(), seeds })
     }
 
     /// The firmware of the drones, where they are virtual.

@@ -22,7 +22,7 @@ pub(super) fn outcome(session: &Session<'_>, elf: &Path) -> Result<Outcome, Inpu
         ("four drones, times real time", measured.four, FOUR_AIM),
     ];
     let (table, missed) = (table(&measured, &speeds), missed(&measured, &speeds));
-    Ok(Outcome { table, json: json(&measured), missed })
+    Ok(Outcome { table, json: json(&measured), missed, seeds: session.seed.to_string() })
 }
 
 fn table(measured: &Measured, speeds: &[Speed]) -> String {

@@ -30,7 +30,8 @@ impl Benchmark for EstimatorBench {
         let progress = session.progress(count, "flights");
         let report = measure::run(count, session.seed, || progress.step());
         drop(progress);
-        Ok(Outcome { table: table(&report), json: report.json(), missed: Vec::new() })
+        let seeds = super::seeds(session.seed, count);
+        Ok(Outcome { table: table(&report), json: report.json(), missed: Vec::new(), seeds })
     }
 }
 

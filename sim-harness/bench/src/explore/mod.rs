@@ -81,6 +81,7 @@ impl ExploreBench {
             table: table(&rows, &compared, count),
             json: rows.iter().map(Row::json).collect(),
             missed: compared.iter().flat_map(Comparison::missed).collect(),
+            seeds: super::seeds(session.seed, count),
         })
     }
 
@@ -126,6 +127,7 @@ fn time_rounds(session: &Session<'_>) -> Result<Outcome, InputError> {
         table: table_of_rounds(&rows),
         json: rows.iter().map(scale::Row::json).collect(),
         missed: rows.iter().filter_map(scale::Row::missed).collect(),
+        seeds: "none".to_owned(),
     })
 }
 

@@ -41,7 +41,8 @@ impl Benchmark for FaultsBench {
         let rows = measure::run(count, session.seed, wanted, || progress.step())?;
         drop(progress);
         let json = rows.iter().map(Row::json).collect();
-        Ok(Outcome { table: table(count, &rows), json, missed: Vec::new() })
+        let seeds = super::seeds(session.seed, count);
+        Ok(Outcome { table: table(count, &rows), json, missed: Vec::new(), seeds })
     }
 }
 

@@ -14,7 +14,8 @@ pub(super) fn outcome(session: &Session<'_>, elf: &Path) -> Result<Outcome, Inpu
     let measured = measure::run(elf, session.seed)?;
     drop(progress);
     let missed = measured.figures.missed();
-    Ok(Outcome { table: table(&measured), json: json(&measured, missed.is_empty()), missed })
+    let json = json(&measured, missed.is_empty());
+    Ok(Outcome { table: table(&measured), json, missed, seeds: session.seed.to_string() })
 }
 
 fn table(measured: &Measured) -> String {

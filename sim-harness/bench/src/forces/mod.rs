@@ -43,7 +43,8 @@ impl Benchmark for ForcesBench {
         let mut json: Vec<Value> = rows.iter().map(|row| measure::json(row, &rows)).collect();
         json.extend(speeds.iter().map(Speed::json));
         let table = table(count, session.seed, &rows, &speeds);
-        Ok(Outcome { table, json: Value::Array(json), missed })
+        let seeds = super::seeds(session.seed, count);
+        Ok(Outcome { table, json: Value::Array(json), missed, seeds })
     }
 }
 

@@ -51,14 +51,17 @@ impl Benchmark for JunctionsBench {
             count += self.seeds(*level)? * cases.len();
         }
         let progress = session.progress(count, "missions");
-        let mut rows = Vec::new();
+        let (mut rows, mut seeds) = (Vec::new(), Vec::new());
         for level in levels {
             let step = || progress.step();
-            rows.extend(measure::run(&cases, level, self.seeds(level)?, session.seed, step)?);
+            let count = self.seeds(level)?;
+            rows.extend(measure::run(&cases, level, count, session.seed, step)?);
+            seeds.push(format!("{} at {} level", super::seeds(session.seed, count), level.name()));
         }
         drop(progress);
+        let json = rows.iter().map(Row::json).collect();
         let missed = rows.iter().filter_map(Row::missed).collect();
-        Ok(Outcome { table: table(&rows), json: rows.iter().map(Row::json).collect(), missed })
+        Ok(Outcome { table: table(&rows), json, missed, seeds: seeds.join(", ") })
     }
 }
 

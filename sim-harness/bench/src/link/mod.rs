@@ -33,7 +33,8 @@ impl Benchmark for LinkBench {
         let mut table = table(count, &rows);
         put_aims(&mut table, &rows);
         let json = rows.iter().map(Row::json).collect();
-        Ok(Outcome { table, json, missed: measure::missed(&rows) })
+        let seeds = super::seeds(session.seed, count);
+        Ok(Outcome { table, json, missed: measure::missed(&rows), seeds })
     }
 }
 

@@ -25,7 +25,8 @@ pub(super) fn outcome(
     drop(progress);
     let fell = rows.iter().filter(|row| row.ending == Ending::Uncontrolled);
     let missed = fell.map(|row| format!("{}: uncontrolled", row.name)).collect();
-    Ok(Outcome { table: table(&rows), json: rows.iter().map(json).collect(), missed })
+    let json = rows.iter().map(json).collect();
+    Ok(Outcome { table: table(&rows), json, missed, seeds: session.seed.to_string() })
 }
 
 fn table(rows: &[Row]) -> String {

@@ -88,7 +88,7 @@ impl PlacementBench {
         let rows: Vec<_> = rows.iter().map(row_json).collect();
         let json = json!({ "bounds": bounds, "rows": rows });
         let missed = sums.iter().flat_map(Sum::missed).collect();
-        Ok(Outcome { table: table(&sums), json, missed })
+        Ok(Outcome { table: table(&sums), json, missed, seeds: super::seeds(first, self.runs) })
     }
 
     /// Drops relays with and without readings.
@@ -119,7 +119,7 @@ impl PlacementBench {
         let rows: Vec<_> = dropped.iter().map(dropped_json).collect();
         let planned: Vec<_> = together.iter().map(together_json).collect();
         let json = json!({ "dropped": rows, "dropped_together": planned });
-        Ok(Outcome { table, json, missed: Vec::new() })
+        Ok(Outcome { table, json, missed: Vec::new(), seeds: super::seeds(first, self.runs) })
     }
 }
 

@@ -107,7 +107,8 @@ impl Benchmark for PlacesBench {
         }
         let broken: Vec<String> = sites.iter().flat_map(|site| site.broken.clone()).collect();
         let checked = sites.iter().filter(|site| site.is_survey).count();
-        Ok(self.outcome(fidelity, &rows, &broken, checked))
+        let seeds = super::seeds(session.seed, runs);
+        Ok(self.outcome(fidelity, seeds, &rows, &broken, checked))
     }
 }
 
@@ -129,6 +130,7 @@ impl PlacesBench {
     fn outcome(
         &self,
         fidelity: Fidelity,
+        seeds: String,
         rows: &[Row],
         broken: &[String],
         checked: usize,
@@ -143,6 +145,6 @@ impl PlacesBench {
             "missions": if self.each { json!(missions()) } else { Value::Null },
         });
         let missed = totals.missed(fidelity).into_iter().chain(broken.iter().cloned()).collect();
-        Outcome { table, json, missed }
+        Outcome { table, json, missed, seeds }
     }
 }

@@ -19,7 +19,7 @@ pub(super) fn outcome(
     let measured = measure::run(elf, session.seed, python)?;
     drop(progress);
     let (table, json) = (table(elf, &measured), json(&measured));
-    Ok(Outcome { table, json, missed: measured.missed() })
+    Ok(Outcome { table, json, missed: measured.missed(), seeds: session.seed.to_string() })
 }
 
 fn table(elf: &Path, measured: &Measured) -> String {

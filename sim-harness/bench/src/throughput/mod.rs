@@ -45,7 +45,7 @@ impl Benchmark for ThroughputBench {
         drop(progress);
         let table = table(&rows, &steps, &profiles);
         let json = json(&rows, &steps, &profiles);
-        Ok(Outcome { table, json, missed: Vec::new() })
+        Ok(Outcome { table, json, missed: Vec::new(), seeds: "from 0 on".to_owned() })
     }
 }
 

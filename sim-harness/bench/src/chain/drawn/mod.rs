@@ -69,7 +69,8 @@ pub(super) fn bench(
         put_each(&mut table, &rows);
     }
     put_totals(&mut table, &totals);
-    Ok(Outcome { table, json: json(&choice, &totals, &rows), missed: Vec::new() })
+    let seeds = crate::seeds(choice.seed, choice.places);
+    Ok(Outcome { table, json: json(&choice, &totals, &rows), missed: Vec::new(), seeds })
 }
 
 /// Keeps the scenarios in which something went wrong, or all of them.
