@@ -1,6 +1,11 @@
 //! The station as a node of ROS 2, beside a peer with another maker's DDS, Eclipse Cyclone DDS.
 
-use crate::station_process::command;
+use futures_util::StreamExt;
+use serde_json::Value;
+use tokio_tungstenite::connect_async;
+
+use crate::page_client::session;
+use crate::station_process::{StationProcess, command};
 
 /// No base listens there.
 const NO_BASE: &str = "udp://127.0.0.1:9";
@@ -15,6 +20,17 @@ fn refused(options: &[&str]) -> String {
 #[test]
 fn steering_by_ros2_without_a_domain_is_refused() {
     assert!(refused(&["--ros2-steer"]).contains("--ros2"));
+}
+
+/// Who asks for the number under which programs steer is given another.
+#[tokio::test]
+async fn no_page_has_the_number_of_programs() {
+    let station = StationProcess::start(NO_BASE, &[]);
+    let url = format!("ws://{}/live?session={}&page=0", station.page, session(station.page));
+    let (mut socket, _) = connect_async(url).await.unwrap();
+    let welcome = socket.next().await.unwrap().unwrap();
+    let welcome: Value = serde_json::from_str(welcome.to_text().unwrap()).unwrap();
+    assert!(welcome["page"].as_u64().is_some_and(|page| page != 0), "{welcome}");
 }
 
 #[cfg(not(feature = "ros2"))]
@@ -34,7 +50,6 @@ mod node {
     use super::*;
     use crate::page_client::PageClient;
     use crate::simulated_chain::SimulatedChain;
-    use crate::station_process::StationProcess;
 
     /// A peer, which hears the station or steers by it; it is killed when it is dropped.
     struct Peer(Child);
