@@ -60,6 +60,13 @@ struct Arguments {
     record: Option<PathBuf>,
     #[command(flatten)]
     map: MapArgs,
+    /// Publish what the page shows to ROS 2 as well, in this domain, where left out in that of
+    /// ROS_DOMAIN_ID or 0. For `cargo ground-ros2`
+    #[arg(long, value_name = "DOMAIN", num_args = 0..=1, require_equals = true, conflicts_with = "check")]
+    ros2: Option<Option<String>>,
+    /// Let every program in that domain steer, by /cmd_vel and /order: ROS 2 asks nobody for a token
+    #[arg(long, requires = "ros2")]
+    ros2_steer: bool,
 }
 
 /// Why the station cannot run.
@@ -129,6 +136,8 @@ async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
         wrong: format!("the page cannot be served at {at} ({error})"),
         remedy: "end the other station, or give another --port".to_owned(),
     })?;
+    let domain = arguments.ros2.as_ref().map(Option::as_deref);
+    let node = domain.map(|domain| ros2_node::open(domain, arguments.ros2_steer)).transpose()?;
     let recorder = arguments.record.as_deref().map(Recorder::create).transpose();
     let recorder = recorder.map_err(|error| Unusable {
         wrong: format!("the recording cannot be created ({error})"),
@@ -139,19 +148,76 @@ async fn run(arguments: &Arguments, fleet: Fleet) -> Result<(), Unusable> {
         remedy: "check the base's address".to_owned(),
     })?;
     let page = listener.local_addr().unwrap_or(at);
-    let token = match token {
-        Some(token) if arguments.new_token => format!("?token={token}"),
-        Some(_) => "?token=TOKEN".to_owned(),
-        None => String::new(),
-    };
+    let token = shown(token, arguments);
+    let station = station::start(link, Setup { recorder, plan, fleet, sensitivity });
+    node.map(|node| node.start(station.clone())).transpose()?;
     println!("the page is at http://{page}/{token}; Ctrl-C ends the station");
-    let app =
-        server::router(access, station::start(link, Setup { recorder, plan, fleet, sensitivity }));
+    let app = server::router(access, station);
     tokio::select! {
         () = listener::serve(listener, app) => {}
         _ = tokio::signal::ctrl_c() => {}
     }
     Ok(())
+}
+
+/// The node of ROS 2 beside the station.
+#[cfg(feature = "ros2")]
+mod ros2_node {
+    use ros2_topics::{Commands, Domain, Node};
+
+    use super::{Unusable, unusable};
+    use crate::station::Handle;
+
+    pub(super) struct Opened(Node, Option<Commands>);
+
+    /// Joins a domain, and follows its commands where programs may steer.
+    pub(super) fn open(domain: Option<&str>, steers: bool) -> Result<Opened, Unusable> {
+        let domain = Domain::of_option(domain).map_err(unusable)?;
+        let mut node = Node::open(domain, "uchain_station").map_err(unusable)?;
+        let commands = steers.then(|| node.follow()).transpose().map_err(unusable)?;
+        Ok(Opened(node, commands))
+    }
+
+    impl Opened {
+        pub(super) fn start(self, station: Handle) -> Result<(), Unusable> {
+            let Self(node, commands) = self;
+            crate::ros2::start(node, commands, station).map_err(|error| Unusable {
+                wrong: format!("--ros2: the topics cannot be published: {error}"),
+                remedy: "give another domain, or look whether the network is up".to_owned(),
+            })
+        }
+    }
+}
+
+/// The stand-in in a build without it.
+#[cfg(not(feature = "ros2"))]
+mod ros2_node {
+    use super::Unusable;
+    use crate::station::Handle;
+
+    pub(super) enum Opened {}
+
+    pub(super) fn open(_: Option<&str>, _: bool) -> Result<Opened, Unusable> {
+        Err(Unusable {
+            wrong: "--ros2: this uchain-ground was built without ROS 2".to_owned(),
+            remedy: "start it by `cargo ground-ros2` in place of `cargo run`".to_owned(),
+        })
+    }
+
+    impl Opened {
+        pub(super) fn start(self, _: Handle) -> Result<(), Unusable> {
+            match self {}
+        }
+    }
+}
+
+/// What the printed address of the page says of the token.
+fn shown(token: Option<String>, arguments: &Arguments) -> String {
+    match token {
+        Some(token) if arguments.new_token => format!("?token={token}"),
+        Some(_) => "?token=TOKEN".to_owned(),
+        None => String::new(),
+    }
 }
 
 /// The token, from where the operator has put it.

@@ -28,6 +28,7 @@
 //! | [`message`] | what was heard and ordered, as JSON messages |
 //! | [`recorder`] | writes these to CSV and MCAP |
 //! | [`live_stream`], [`foxglove`] | gives them to viewers as they happen, by Foxglove's protocol |
+//! | `ros2` | gives them to programs by ROS 2, and takes their orders, with the feature `ros2` |
 //! | [`station`] | brings these together with the clock |
 //! | [`access`], [`token`], [`token_guard`] | who may connect |
 //! | [`server`], [`listener`], [`page_socket`] | the page itself, its connections and their time limits |
@@ -59,6 +60,8 @@ pub mod page_socket;
 pub mod radio;
 pub mod range_survey;
 pub mod recorder;
+#[cfg(feature = "ros2")]
+pub mod ros2;
 pub mod server;
 pub mod session;
 pub mod station;

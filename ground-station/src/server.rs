@@ -168,7 +168,8 @@ async fn live(
     shared.access.check_session(asked.session.as_deref())?;
     let place = Arc::clone(&shared.pages).try_acquire_owned().map_err(|_| Refused::Full)?;
     let line = shared.lines.fetch_add(1, Ordering::Relaxed) + 1;
-    let page = PageId(asked.page.unwrap_or(line));
+    let page = asked.page.map(PageId).filter(|page| *page != PageId::PROGRAM);
+    let page = page.unwrap_or(PageId(line));
     let station = shared.station.clone();
     Ok(upgrade.max_message_size(MAX_REQUEST).on_upgrade(move |socket| async move {
         let line = LineId(line);

@@ -11,6 +11,9 @@
 //! again; no order is repeated by that. An order from a page that looks on is refused even while
 //! no page steers: a key that was pressed on the wrong page must not make it the pilot.
 //!
+//! Programs that speak to the station by ROS 2 count as one page, [`PageId::PROGRAM`], which no person has
+//! opened: they steer only once one of them has asked for it.
+//!
 //! # Who is there
 //! A page is there from the stamp that it has echoed last ([`Echo::seen`]), not from the moment at
 //! which its sign of life arrived: what has waited on a frozen line says nothing about now.
@@ -34,9 +37,19 @@ const REMEMBERED: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct PageId(pub u64);
 
+impl PageId {
+    /// The programs that speak to the station by ROS 2, which count as one page. No page has this number.
+    pub const PROGRAM: Self = Self(0);
+}
+
 /// The number of a connection of a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LineId(pub u64);
+
+impl LineId {
+    /// The way that programs speak by. Lines to pages count from 1.
+    pub const PROGRAM: Self = Self(0);
+}
 
 /// What is known of a page.
 #[derive(Clone, Debug, Default)]

@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The packages in order: each may use those before it.
-const ORDER: [&str; 48] = [
+const ORDER: [&str; 49] = [
     // What a drone does, without its chip.
     "units",
     "wire",
@@ -30,13 +30,14 @@ const ORDER: [&str; 48] = [
     "input",
     "fleet-keys",
     "bridge",
-    // The maps and the messages that the station and the simulator read.
+    // The maps and the messages that the station and the simulator share.
     "random",
     "cave-survey",
     "robot-maps",
     "world",
     "maps",
     "station-log",
+    "ros2-topics",
     // The station.
     "ground-station",
     // The simulator.

@@ -2,6 +2,7 @@
 "use strict";
 
 const SPEED_STEP = 0.05;
+const PROGRAM = 0; // The number that stands for all programs of ROS 2; no page has it.
 
 const at = (id) => document.getElementById(id);
 let steers = false;
@@ -178,7 +179,9 @@ function show(status) {
   at("not-steering").hidden = steers;
   setText("who-steers", status.steering === null
     ? "NOBODY STEERS: the station says nothing to the base, and the head hovers. This page only looks on; it may stop."
-    : "Another page steers. This page only looks on; it may stop.");
+    : status.steering === PROGRAM
+      ? "A program steers, by ROS 2. This page only looks on; it may stop."
+      : "Another page steers. This page only looks on; it may stop.");
   if (status.refused?.page === PAGE) gamepad.missed(status.refused.seq);
   setText("refused", status.refused?.text ?? "");
   at("refused").hidden = !status.refused;

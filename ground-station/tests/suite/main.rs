@@ -16,6 +16,7 @@ mod mission;
 mod page_client;
 mod recording;
 mod resilient_page;
+mod ros2;
 mod severed_line;
 mod simulated_chain;
 mod stale_line_in_chromium;

@@ -7,7 +7,6 @@
 
 mod content;
 mod grid;
-mod messages;
 mod metadata;
 mod topics;
 
@@ -19,10 +18,11 @@ use ::mcap::records::MessageHeader;
 use ::mcap::write::{WriteOptions, Writer};
 
 use crate::mcap::Moment;
-use messages::schema;
 use metadata::{Known, qos};
 use mission::trace::{Frame, Trace};
-pub use topics::{About, Messages, Place, Sink};
+use ros2_topics::messages::schema;
+use ros2_topics::{About, Sink};
+pub use topics::{Messages, Place};
 
 /// The name of the file with the messages.
 pub(crate) const BAG: &str = "bag.mcap";
@@ -112,10 +112,8 @@ mod tests {
     use std::io::Cursor;
 
     use ::mcap::MessageStream;
-    use byteorder::LittleEndian;
     use scenario::Scenario;
 
-    use super::messages::Path;
     use super::topics::{DIAGNOSTICS_EVERY, PATHS_EVERY};
     use super::*;
     use crate::synthetic;
@@ -166,26 +164,5 @@ mod tests {
     fn one_trace_makes_one_bag() {
         let trace = synthetic::mission();
         assert!(written(&trace) == written(&trace));
-    }
-
-    /// A string begins with its length, and a number stands at a multiple of its size, counted from
-    /// behind the encapsulation.
-    #[test]
-    fn messages_are_aligned() {
-        let header = messages::Header { frame_id: "map".into(), ..Default::default() };
-        let path = Path { header, poses: vec![Default::default()] };
-        let bytes = cdr_encoding::to_vec::<_, LittleEndian>(&path).unwrap();
-        // Stamp 8, length and "map" with its zero 8, length of poses 4; of the pose: stamp 8, an empty
-        // string 5, padding to the next eight, and seven numbers.
-        assert_eq!(bytes.len(), 8 + 8 + 4 + 8 + 5 + 7 + 7 * 8);
-    }
-
-    #[test]
-    fn a_schema_has_the_definitions_of_all_that_it_holds() {
-        let text = schema("nav_msgs/msg/Path");
-        for part in ["std_msgs/Header", "geometry_msgs/Quaternion", "builtin_interfaces/Time"] {
-            assert_eq!(text.matches(&format!("\nMSG: {part}\n")).count(), 1, "{text}");
-        }
-        assert!(text.starts_with("std_msgs/Header header\n"));
     }
 }

@@ -6,28 +6,33 @@ use crtp::{OperatorTask, ParameterId};
 use input::InputError;
 use mission::trace::{Frame, Trace};
 use report::bag::{Messages, Place};
+use ros2_topics::{Commands, Node};
 use scenario::Scenario;
 use units::{Metres, MetresPerSecond, RadiansPerSecond};
 use wire::crtp::{Packet, ParamRequest, Request, Setpoint};
 
-use crate::Node;
-
 /// A node of ROS 2 beside the clients of a served mission.
 pub struct Companion {
     node: Node,
+    commands: Commands,
     messages: Messages,
     /// The height of the drones of the mission, which a set-point repeats.
     height: Metres,
 }
 
 impl Companion {
-    /// Begins to publish a mission of which `trace` is the empty record.
+    /// Begins to publish a mission of which `trace` is the empty record, and to follow the commands.
     ///
     /// # Errors
     /// If the topics cannot be published.
-    pub fn new(mut node: Node, scenario: &Scenario, trace: &Trace) -> io::Result<Self> {
+    pub fn new(
+        mut node: Node,
+        commands: Commands,
+        scenario: &Scenario,
+        trace: &Trace,
+    ) -> io::Result<Self> {
         let messages = Messages::with_clock(trace, Place::of(scenario), &mut node)?;
-        Ok(Self { node, messages, height: scenario.agent.flight.height })
+        Ok(Self { node, commands, messages, height: scenario.agent.flight.height })
     }
 }
 
@@ -40,10 +45,11 @@ impl serve::Companion for Companion {
     }
 
     fn asks(&mut self) -> Vec<Packet> {
-        let forward = self.node.take_forward().filter(|forward| forward.is_finite());
+        let forward = self.commands.take_forward().map(|twist| twist.what);
+        let forward = forward.filter(|forward| forward.is_finite());
         let setpoint = forward.map(|forward| setpoint(forward as f32, self.height));
-        let orders = std::iter::from_fn(|| self.node.take_order());
-        setpoint.into_iter().chain(orders.filter_map(|text| order(&text))).collect()
+        let orders = std::iter::from_fn(|| self.commands.take_order());
+        setpoint.into_iter().chain(orders.filter_map(|text| order(&text.what))).collect()
     }
 
     fn lost(&self) -> u64 {

@@ -1,4 +1,4 @@
-//! A served mission as a node of ROS 2, by the DDS of the crate `ros2-client`.
+//! A served mission as a node of ROS 2, by the node of [`ros2_topics`].
 //!
 //! The node publishes the topics that a bag of the mission has, at the rate of the frames, and `/clock`
 //! with the time of the mission. It follows two topics, whose messages become packets for the base, so that
@@ -18,7 +18,5 @@
 #![cfg(feature = "dds")]
 
 mod companion;
-mod node;
 
 pub use companion::Companion;
-pub use node::{LARGEST_DOMAIN, Node};

@@ -9,13 +9,14 @@ use std::thread;
 
 use bridge::Ports;
 use measure::metrics::Reference;
-use ros2::{Companion, Node};
+use ros2::Companion;
+use ros2_topics::{Domain, Node};
 use scenario::Scenario;
 use serve::{Live, World};
 use units::{Duration, Metres, Order};
 
 /// A domain that no other program of this machine is likely to be in.
-const DOMAIN: u16 = 213;
+const DOMAIN: &str = "213";
 /// The mission ends also where the peer cannot be started: four times the minute that the peer tries, since the
 /// mission is flown four times as fast, and as much again.
 const LONGEST: Duration = Duration::from_secs(480);
@@ -32,16 +33,18 @@ fn cyclone_dds_hears_the_topics_and_steers_the_head() {
     let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, scenario.drones.members()).unwrap();
-    let node = Node::open(DOMAIN).unwrap_or_else(|error| panic!("{error}"));
+    let domain = Domain::of_option(Some(DOMAIN)).unwrap_or_else(|error| panic!("{error}"));
+    let mut node = Node::open(domain, "uchain").unwrap_or_else(|error| panic!("{error}"));
+    let commands = node.follow().unwrap_or_else(|error| panic!("{error}"));
     let live = Live::new(&scenario, &world, &reference, 1, false);
-    let companion = Companion::new(node, &scenario, live.trace()).unwrap();
+    let companion = Companion::new(node, commands, &scenario, live.trace()).unwrap();
     let live = live.with_companion(Box::new(companion));
     let python = python();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cyclone.py");
     let stop = AtomicBool::new(false);
     let (live, peer) = thread::scope(|scope| {
         let peer = scope.spawn(|| {
-            let peer = Command::new(python).arg(script).arg(DOMAIN.to_string()).output().unwrap();
+            let peer = Command::new(python).arg(script).arg(DOMAIN).output().unwrap();
             stop.store(true, Ordering::Relaxed);
             peer
         });

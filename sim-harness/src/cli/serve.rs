@@ -249,35 +249,29 @@ fn table(scenario: &Scenario, live: &Live<'_>, m: &RunMetrics, tally: Tally) -> 
 #[cfg(feature = "ros2")]
 mod ros2_node {
     use input::InputError;
-    use ros2::{Companion, LARGEST_DOMAIN, Node};
+    use ros2::Companion;
+    use ros2_topics::{Commands, Domain, Node};
     use scenario::Scenario;
     use serve::Live;
 
     /// Joins a domain, which is given as a number, or not at all.
-    pub(super) fn open(domain: Option<&str>) -> Result<Node, InputError> {
-        let from_environment = || std::env::var("ROS_DOMAIN_ID").ok();
-        let (domain, source) = match domain {
-            None => (from_environment().unwrap_or_else(|| "0".into()), "ROS_DOMAIN_ID="),
-            Some(domain) => (domain.to_owned(), "--ros2="),
-        };
-        let number = domain.parse().ok().filter(|number| *number <= LARGEST_DOMAIN);
-        let number = number.ok_or_else(|| {
-            let wrong = format!("{source}{domain} is no domain of ROS 2");
-            InputError::new(wrong, format!("give a whole number from 0 to {LARGEST_DOMAIN}"))
-        })?;
-        Node::open(number)
+    pub(super) fn open(domain: Option<&str>) -> Result<(Node, Commands), InputError> {
+        let mut node = Node::open(Domain::of_option(domain)?, "uchain")?;
+        let commands = node.follow()?;
+        Ok((node, commands))
     }
 
     /// The mission with the node beside its clients.
     pub(super) fn beside<'a>(
         live: Live<'a>,
-        node: Node,
+        (node, commands): (Node, Commands),
         scenario: &Scenario,
     ) -> Result<Live<'a>, InputError> {
-        let companion = Companion::new(node, scenario, live.trace()).map_err(|error| {
-            let wrong = format!("--ros2: the topics cannot be published: {error}");
-            InputError::new(wrong, "give another domain, or look whether the network is up")
-        })?;
+        let companion =
+            Companion::new(node, commands, scenario, live.trace()).map_err(|error| {
+                let wrong = format!("--ros2: the topics cannot be published: {error}");
+                InputError::new(wrong, "give another domain, or look whether the network is up")
+            })?;
         Ok(live.with_companion(Box::new(companion)))
     }
 }

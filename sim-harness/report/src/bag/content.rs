@@ -1,13 +1,13 @@
 //! The messages of a frame.
 
-use super::messages::{
-    ColorRgba, DiagnosticArray, DiagnosticStatus, Header, KeyValue, Marker, MarkerArray, Odometry,
-    Path, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Range, TfMessage, Time,
-    Transform, TransformStamped, Twist, TwistWithCovariance, Vector3,
-};
 use crate::mcap::{BEAMS, Moment, RADIUS, spatial};
 use crate::pictures::{launch_limit, node_rgb};
 use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
+use ros2_topics::messages::{
+    ColorRgba, DiagnosticArray, DiagnosticStatus, Header, KeyValue, Marker, MarkerArray, Odometry,
+    Path, Point, Pose, PoseStamped, PoseWithCovariance, Quaternion, Range, TfMessage, Transform,
+    TransformStamped, Twist, TwistWithCovariance, Vector3,
+};
 use units::Role;
 
 /// The frame of reference of the floor plan.
@@ -20,13 +20,7 @@ const CONE_RAD: f32 = 0.471_238_9;
 const MOST_POSES: usize = 600;
 
 pub(super) fn header(frame: &str, now: Moment) -> Header {
-    Header { stamp: stamp(now), frame_id: frame.to_owned() }
-}
-
-pub(super) fn stamp(now: Moment) -> Time {
-    // A mission of 68 years is cut off here.
-    let sec = i32::try_from(now.micros / 1_000_000).unwrap_or(i32::MAX);
-    Time { sec, nanosec: (now.micros % 1_000_000) as u32 * 1000 }
+    Header::at_micros(now.micros, frame)
 }
 
 fn drone_frame(node: &Node) -> String {
@@ -37,19 +31,13 @@ pub(super) fn beam_frame(id: u8, beam: &str) -> String {
     format!("drone_{id}/range_{beam}")
 }
 
-/// A turn about the vertical.
-fn heading(yaw: f32) -> Quaternion {
-    let (sin, cos) = libm::sincos(f64::from(yaw) / 2.0);
-    Quaternion { x: 0.0, y: 0.0, z: sin, w: cos }
-}
-
 fn place(drone: &DroneFrame) -> Point {
     let [x, y, z] = spatial(drone).map(f64::from);
     Point { x, y, z }
 }
 
 fn pose(drone: &DroneFrame) -> Pose {
-    Pose { position: place(drone), orientation: heading(drone.pose.yaw.0) }
+    Pose { position: place(drone), orientation: Quaternion::about_vertical(drone.pose.yaw.0) }
 }
 
 /// Where each drone is in the map.
@@ -61,7 +49,7 @@ pub(super) fn transforms(trace: &Trace, frame: &Frame, now: Moment) -> TfMessage
             child_frame_id: drone_frame(node),
             transform: Transform {
                 translation: Vector3 { x, y, z },
-                rotation: heading(drone.pose.yaw.0),
+                rotation: Quaternion::about_vertical(drone.pose.yaw.0),
             },
         }
     };
@@ -74,7 +62,10 @@ pub(super) fn fixed(trace: &Trace, now: Moment) -> TfMessage {
         BEAMS.map(|(beam, direction)| TransformStamped {
             header: header(&drone_frame(node), now),
             child_frame_id: beam_frame(node.id.0, beam),
-            transform: Transform { rotation: heading(direction), ..Transform::default() },
+            transform: Transform {
+                rotation: Quaternion::about_vertical(direction),
+                ..Transform::default()
+            },
         })
     });
     TfMessage { transforms: beams.collect() }
@@ -117,7 +108,7 @@ pub(super) fn range(frame: String, metres: f32, reach: f32, now: Moment) -> Rang
     /// Of `Range`: the light is infrared.
     const INFRARED: u8 = 1;
     Range {
-        header: Header { stamp: stamp(now), frame_id: frame },
+        header: header(&frame, now),
         radiation_type: INFRARED,
         field_of_view: CONE_RAD,
         min_range: 0.0,
@@ -191,7 +182,7 @@ pub(super) fn markers(trace: &Trace, frame: &Frame, now: Moment) -> MarkerArray 
 }
 
 fn marker(now: Moment) -> Marker {
-    let pose = Pose { orientation: heading(0.0), ..Pose::default() };
+    let pose = Pose { orientation: Quaternion::about_vertical(0.0), ..Pose::default() };
     let color = ColorRgba { r: 1.0, g: 1.0, b: 1.0, a: 1.0 };
     Marker { header: header(MAP, now), pose, color, ..Marker::default() }
 }

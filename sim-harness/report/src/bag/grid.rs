@@ -4,8 +4,8 @@ use robot_maps::{Cell, Occupancy};
 use world::Tunnel;
 
 use super::content::{MAP, header};
-use super::messages::{MapMetaData, OccupancyGrid, Point, Pose, Quaternion, Time};
 use crate::mcap::Moment;
+use ros2_topics::messages::{MapMetaData, OccupancyGrid, Point, Pose, Quaternion, Time};
 
 /// The edge of a cell, m; it is doubled until the map has no more than [`MOST`] cells.
 const CELL_M: f64 = 0.05;

@@ -1,82 +1,23 @@
 //! The topics of a mission, and the messages that each of its frames adds to them.
 
 use std::io;
-use std::marker::PhantomData;
 
-use byteorder::LittleEndian;
 use robot_maps::Occupancy;
 use scenario::Scenario;
 
-use super::messages::{
-    Clock, DiagnosticArray, Float32, MarkerArray, Message, OccupancyGrid, Odometry, Path, Range,
-    TfMessage,
-};
 use super::{content, grid};
 use crate::mcap::{BEAMS, Moment};
 use mission::trace::{DroneFrame, Frame, LinkFrame, Trace};
+use ros2_topics::messages::{
+    Clock, DiagnosticArray, Float32, MarkerArray, OccupancyGrid, Odometry, Path, Range, TfMessage,
+    Time,
+};
+use ros2_topics::{Sink, Topic};
 
 /// Frames between two messages of diagnostics: a second.
 pub(super) const DIAGNOSTICS_EVERY: usize = 5;
 /// Frames between two messages with the path of a drone: ten seconds.
 pub(super) const PATHS_EVERY: usize = 50;
-
-/// A topic as a [`Sink`] is told of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct About<'a> {
-    /// The name of the topic, `/drone_0/odom`.
-    pub name: &'a str,
-    /// The package and the name of its messages, `nav_msgs/msg/Odometry`.
-    pub kind: &'static str,
-    /// Whether the last message is sent to subscribers that join later, too.
-    pub is_latched: bool,
-}
-
-/// Where the messages of a mission go: into a file, or to other programs.
-pub trait Sink {
-    /// Adds a topic, and returns the number by which [`put`](Self::put) knows it.
-    ///
-    /// # Errors
-    /// If the topic cannot be added.
-    fn topic(&mut self, about: &About<'_>) -> io::Result<usize>;
-
-    /// Takes a message of the topic with this number, at `at_us` microseconds of the mission. `cdr` is the
-    /// message in CDR, little-endian, without the encapsulation header.
-    ///
-    /// # Errors
-    /// If the message cannot be written or sent.
-    fn put(&mut self, topic: usize, at_us: u64, cdr: &[u8]) -> io::Result<()>;
-}
-
-/// A topic with messages of one kind.
-struct Topic<M> {
-    index: usize,
-    kind: PhantomData<fn(M)>,
-}
-
-impl<M> Clone for Topic<M> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<M> Copy for Topic<M> {}
-
-impl<M: Message> Topic<M> {
-    fn add<S: Sink + ?Sized>(sink: &mut S, name: &str, is_latched: bool) -> io::Result<Self> {
-        let index = sink.topic(&About { name, kind: M::NAME, is_latched })?;
-        Ok(Self { index, kind: PhantomData })
-    }
-}
-
-fn put<M: Message, S: Sink + ?Sized>(
-    sink: &mut S,
-    topic: Topic<M>,
-    at: Moment,
-    message: &M,
-) -> io::Result<()> {
-    let cdr = cdr_encoding::to_vec::<M, LittleEndian>(message).map_err(io::Error::other)?;
-    sink.put(topic.index, at.micros, &cdr)
-}
 
 /// Topics about all drones.
 struct Shared {
@@ -162,29 +103,29 @@ impl Messages {
         let now = Moment { micros: frame.time_us };
         let Self { shared, clock, drones, paths, before, frames, place } = self;
         if let Some(clock) = clock {
-            put(sink, *clock, now, &Clock { clock: content::stamp(now) })?;
+            clock.put(sink, now.micros, &Clock { clock: Time::at_micros(now.micros) })?;
         }
         if before.is_none() {
             if let Some(map) = &place.map {
-                put(sink, shared.map, now, &grid::message(map, now))?;
+                shared.map.put(sink, now.micros, &grid::message(map, now))?;
             }
-            put(sink, shared.fixed, now, &content::fixed(trace, now))?;
+            shared.fixed.put(sink, now.micros, &content::fixed(trace, now))?;
         }
-        put(sink, shared.transforms, now, &content::transforms(trace, frame, now))?;
-        put(sink, shared.markers, now, &content::markers(trace, frame, now))?;
+        shared.transforms.put(sink, now.micros, &content::transforms(trace, frame, now))?;
+        shared.markers.put(sink, now.micros, &content::markers(trace, frame, now))?;
         if frames.is_multiple_of(DIAGNOSTICS_EVERY) {
-            put(sink, shared.diagnostics, now, &content::diagnostics(trace, frame, now))?;
+            shared.diagnostics.put(sink, now.micros, &content::diagnostics(trace, frame, now))?;
         }
         for (n, (own, drone)) in drones.iter().zip(&frame.drones).enumerate() {
             let Some(node) = trace.nodes.get(n) else { continue };
             let last =
                 before.as_ref().and_then(|frame| Some((frame.time_us, frame.drones.get(n)?)));
-            put(sink, own.odometry, now, &content::odometry(node, drone, last, now))?;
+            own.odometry.put(sink, now.micros, &content::odometry(node, drone, last, now))?;
             own.put_beams(sink, node.id.0, drone, place.reach, now)?;
             own.put_links(sink, drone, now)?;
             paths[n].add(drone, now);
             if frames.is_multiple_of(PATHS_EVERY) {
-                put(sink, own.path, now, &paths[n].path(now))?;
+                own.path.put(sink, now.micros, &paths[n].path(now))?;
             }
         }
         *frames += 1;
@@ -200,7 +141,7 @@ impl Messages {
         let Some(last) = self.before.take() else { return Ok(()) };
         let now = Moment { micros: last.time_us };
         for (own, flown) in self.drones.iter().zip(&self.paths) {
-            put(sink, own.path, now, &flown.path(now))?;
+            own.path.put(sink, now.micros, &flown.path(now))?;
         }
         Ok(())
     }
@@ -244,7 +185,7 @@ impl Own {
         for ((topic, (beam, _)), metres) in self.ranges.iter().zip(BEAMS).zip(drone.ranges) {
             if !metres.is_nan() {
                 let frame = content::beam_frame(id, beam);
-                put(sink, *topic, now, &content::range(frame, metres, reach, now))?;
+                topic.put(sink, now.micros, &content::range(frame, metres, reach, now))?;
             }
         }
         Ok(())
@@ -259,7 +200,7 @@ impl Own {
         for (topics, link) in [(self.front, drone.front), (self.back, drone.back)] {
             let Some(LinkFrame { raw, filtered, truth, .. }) = link else { continue };
             for (topic, strength) in topics.into_iter().zip([raw, filtered, truth]) {
-                put(sink, topic, now, &Float32 { data: strength.0 })?;
+                topic.put(sink, now.micros, &Float32 { data: strength.0 })?;
             }
         }
         Ok(())

@@ -1,5 +1,5 @@
-//! The messages of ROS 2 that the bag holds, as structures whose fields are in the order of their
-//! definitions, and those definitions.
+//! Messages of ROS 2, as structures whose fields are in the order of their definitions, and those
+//! definitions.
 //!
 //! The definitions are those of `common_interfaces` and `geometry2` (ROS 2 Jazzy), without comments and
 //! constants, neither of which is in the bytes of a message.
@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 /// A message with a definition.
-pub(super) trait Message: Serialize {
+pub trait Message: Serialize {
     /// Its package and name.
     const NAME: &'static str;
 }
@@ -15,9 +15,11 @@ pub(super) trait Message: Serialize {
 macro_rules! messages {
     ($($(#[$about:meta])* $name:ident $full:literal { $($field:ident: $kind:ty,)* })*) => {
         $(
+            #[doc = concat!("`", $full, "`.")]
             $(#[$about])*
             #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-            pub(super) struct $name { $(pub(super) $field: $kind,)* }
+            #[expect(missing_docs, reason = "fields have the names of the message's definition")]
+            pub struct $name { $(pub $field: $kind,)* }
             impl Message for $name {
                 const NAME: &'static str = $full;
             }
@@ -26,7 +28,7 @@ macro_rules! messages {
 }
 
 /// A sequence of fixed length is its elements, one after the other, however they are grouped.
-pub(super) type Covariance = [[f64; 6]; 6];
+pub type Covariance = [[f64; 6]; 6];
 
 messages! {
     Time "builtin_interfaces/msg/Time" { sec: i32, nanosec: u32, }
@@ -35,6 +37,7 @@ messages! {
     Header "std_msgs/msg/Header" { stamp: Time, frame_id: String, }
     ColorRgba "std_msgs/msg/ColorRGBA" { r: f32, g: f32, b: f32, a: f32, }
     Float32 "std_msgs/msg/Float32" { data: f32, }
+    Text "std_msgs/msg/String" { data: String, }
     Point "geometry_msgs/msg/Point" { x: f64, y: f64, z: f64, }
     Vector3 "geometry_msgs/msg/Vector3" { x: f64, y: f64, z: f64, }
     Quaternion "geometry_msgs/msg/Quaternion" { x: f64, y: f64, z: f64, w: f64, }
@@ -86,6 +89,33 @@ messages! {
     MarkerArray "visualization_msgs/msg/MarkerArray" { markers: Vec<Marker>, }
 }
 
+impl Time {
+    /// So many microseconds after the beginning of time: of a mission, or of 1970.
+    #[must_use]
+    pub fn at_micros(micros: u64) -> Self {
+        // A time after 68 years is cut off here.
+        let sec = i32::try_from(micros / 1_000_000).unwrap_or(i32::MAX);
+        Self { sec, nanosec: (micros % 1_000_000) as u32 * 1000 }
+    }
+}
+
+impl Header {
+    /// Of a frame of reference, so many microseconds after the beginning of time.
+    #[must_use]
+    pub fn at_micros(micros: u64, frame: &str) -> Self {
+        Self { stamp: Time::at_micros(micros), frame_id: frame.to_owned() }
+    }
+}
+
+impl Quaternion {
+    /// A turn about the vertical, rad.
+    #[must_use]
+    pub fn about_vertical(yaw: f32) -> Self {
+        let (sin, cos) = libm::sincos(f64::from(yaw) / 2.0);
+        Self { x: 0.0, y: 0.0, z: sin, w: cos }
+    }
+}
+
 /// The definition of each message: a line for each field.
 const DEFINITIONS: &[(&str, &str)] = &[
     ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec\n"),
@@ -94,6 +124,7 @@ const DEFINITIONS: &[(&str, &str)] = &[
     ("std_msgs/msg/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
     ("std_msgs/msg/ColorRGBA", "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"),
     ("std_msgs/msg/Float32", "float32 data\n"),
+    ("std_msgs/msg/String", "string data\n"),
     ("geometry_msgs/msg/Point", "float64 x\nfloat64 y\nfloat64 z\n"),
     ("geometry_msgs/msg/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
     ("geometry_msgs/msg/Quaternion", "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n"),
@@ -164,7 +195,8 @@ const DEFINITIONS: &[(&str, &str)] = &[
 ];
 
 /// The definition of a message with those of all messages that it holds, as `ros2msg` schemas have them.
-pub(super) fn schema(name: &str) -> String {
+#[must_use]
+pub fn schema(name: &str) -> String {
     let (mut names, mut text) = (vec![name.to_owned()], String::new());
     let mut done = 0;
     while let Some(name) = names.get(done).cloned() {
@@ -185,4 +217,32 @@ pub(super) fn schema(name: &str) -> String {
         done += 1;
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use byteorder::LittleEndian;
+
+    use super::*;
+
+    /// A string begins with its length, and a number stands at a multiple of its size, counted from
+    /// behind the encapsulation.
+    #[test]
+    fn messages_are_aligned() {
+        let header = Header { frame_id: "map".into(), ..Default::default() };
+        let path = Path { header, poses: vec![Default::default()] };
+        let bytes = cdr_encoding::to_vec::<_, LittleEndian>(&path).unwrap();
+        // Stamp 8, length and "map" with its zero 8, length of poses 4; of the pose: stamp 8, an empty
+        // string 5, padding to the next eight, and seven numbers.
+        assert_eq!(bytes.len(), 8 + 8 + 4 + 8 + 5 + 7 + 7 * 8);
+    }
+
+    #[test]
+    fn a_schema_has_the_definitions_of_all_that_it_holds() {
+        let text = schema("nav_msgs/msg/Path");
+        for part in ["std_msgs/Header", "geometry_msgs/Quaternion", "builtin_interfaces/Time"] {
+            assert_eq!(text.matches(&format!("\nMSG: {part}\n")).count(), 1, "{text}");
+        }
+        assert!(text.starts_with("std_msgs/Header header\n"));
+    }
 }

@@ -1,29 +1,43 @@
-//! The node: publishers that take messages in CDR, and the two topics that it follows.
+//! The node: publishers that take messages in CDR, and the two topics by which an operator gives orders.
 
 use std::fmt::Display;
 use std::io;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use input::InputError;
-use report::bag::{About, Sink};
 use ros2_client::qos::{Durability, History, WhenFull};
 use ros2_client::{
-    Context, ContextOptions, MessageTypeName, Name, NodeName, NodeOptions, Publisher, QosProfile,
-    Subscription, WriteError,
+    Context, ContextOptions, MessageInfo, MessageTypeName, Name, NodeName, NodeOptions, Publisher,
+    QosProfile, Subscription, WriteError,
 };
 use serde::ser::SerializeTuple;
 use serde::{Deserialize, Serialize, Serializer};
 
-/// The largest number of a domain whose UDP ports exist: 7400 + 250 · 232 and those after it are the last
-/// below 65,536 (DDSI-RTPS 2.5, 9.6.2).
-pub const LARGEST_DOMAIN: u16 = 232;
+use crate::domain::Domain;
+use crate::topic::{About, Sink};
 
-/// A node in a domain of DDS.
+/// A node in a domain of DDS. It publishes what it is given as a [`Sink`], and hears nothing.
 pub struct Node {
     node: ros2_client::Node,
+    domain: Domain,
     publishers: Vec<Publisher<Cdr>>,
+    lost: u64,
+}
+
+/// What an operator asks for by `/cmd_vel`, `geometry_msgs/msg/Twist`, and by `/order`,
+/// `std_msgs/msg/String`.
+pub struct Commands {
     twists: Subscription<Twist>,
     orders: Subscription<Text>,
-    lost: u64,
+}
+
+/// A message that came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Received<T> {
+    /// What the message says.
+    pub what: T,
+    /// When the publisher has sent it, by the clock of its machine, if it says so.
+    pub sent: Option<SystemTime>,
 }
 
 /// A message in CDR: the serializer takes its bytes as they are.
@@ -53,33 +67,32 @@ struct Text {
 }
 
 impl Node {
-    /// Joins the domain as the node `/uchain`.
+    /// Joins the domain as the node `/NAME`.
     ///
     /// # Errors
     /// [`InputError`] if the domain has no free port, or the machine no network.
-    pub fn open(domain: u16) -> Result<Self, InputError> {
-        let unopened = |error: &dyn Display| {
-            InputError::new(
-                format!("--ros2 {domain}: the node cannot be opened: {error}"),
-                "give another domain, or look whether this machine's network is up",
-            )
-        };
-        let options = ContextOptions::new().domain_id(domain);
-        let context = Context::with_options(options).map_err(|error| unopened(&error))?;
-        let name = NodeName::new("/", "uchain").map_err(|error| unopened(&error))?;
+    pub fn open(domain: Domain, name: &str) -> Result<Self, InputError> {
+        let options = ContextOptions::new().domain_id(domain.number());
+        let context = Context::with_options(options).map_err(|error| unopened(domain, &error))?;
+        let name = NodeName::new("/", name).map_err(|error| unopened(domain, &error))?;
         let options = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let mut node = context.new_node(name, options).map_err(|error| unopened(&error))?;
+        let node = context.new_node(name, options).map_err(|error| unopened(domain, &error))?;
+        Ok(Self { node, domain, publishers: Vec::new(), lost: 0 })
+    }
+
+    /// Follows the two topics of an operator from now on.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn follow(&mut self) -> Result<Commands, InputError> {
         // A subscriber that is content with any effort hears every publisher.
         let latest = QosProfile::subscription_default().reliability_best_effort().history(LAST_ONE);
         let every = QosProfile::subscription_default();
-        let twists = subscribe(&mut node, "/cmd_vel", "geometry_msgs/msg/Twist", &latest);
-        let orders = subscribe(&mut node, "/order", "std_msgs/msg/String", &every);
-        Ok(Self {
-            twists: twists.map_err(|error| unopened(&error))?,
-            orders: orders.map_err(|error| unopened(&error))?,
-            node,
-            publishers: Vec::new(),
-            lost: 0,
+        let twists = subscribe(&mut self.node, "/cmd_vel", "geometry_msgs/msg/Twist", &latest);
+        let orders = subscribe(&mut self.node, "/order", "std_msgs/msg/String", &every);
+        Ok(Commands {
+            twists: twists.map_err(|error| unopened(self.domain, &error))?,
+            orders: orders.map_err(|error| unopened(self.domain, &error))?,
         })
     }
 
@@ -89,17 +102,33 @@ impl Node {
     pub const fn lost(&self) -> u64 {
         self.lost
     }
+}
 
-    /// The forward speed of the last Twist that came since the last call, m/s.
-    pub fn take_forward(&self) -> Option<f64> {
+impl Commands {
+    /// The forward speed, m/s, of the last Twist that came since the last call.
+    pub fn take_forward(&mut self) -> Option<Received<f64>> {
         let twists = std::iter::from_fn(|| self.twists.take().ok().flatten());
-        twists.last().map(|(twist, _)| twist.linear[0])
+        let (twist, info) = twists.last()?;
+        Some(Received { what: twist.linear[0], sent: sent(&info) })
     }
 
     /// The next order that came.
-    pub fn take_order(&self) -> Option<String> {
-        self.orders.take().ok().flatten().map(|(text, _)| text.data)
+    pub fn take_order(&mut self) -> Option<Received<String>> {
+        let (text, info) = self.orders.take().ok().flatten()?;
+        Some(Received { what: text.data, sent: sent(&info) })
     }
+}
+
+fn sent(info: &MessageInfo) -> Option<SystemTime> {
+    let nanos = u64::try_from(info.source_timestamp()?.to_nanos()).ok()?;
+    Some(UNIX_EPOCH + Duration::from_nanos(nanos))
+}
+
+fn unopened(domain: Domain, error: &dyn Display) -> InputError {
+    InputError::new(
+        format!("--ros2 {}: the node cannot be opened: {error}", domain.number()),
+        "give another domain, or look whether this machine's network is up",
+    )
 }
 
 const LAST_ONE: History = History::KeepLast { depth: 1 };
@@ -124,7 +153,7 @@ fn subscribe<M: 'static>(
 
 impl Sink for Node {
     fn topic(&mut self, about: &About<'_>) -> io::Result<usize> {
-        // The mission waits for no subscriber.
+        // Whoever publishes waits for no subscriber.
         let qos = QosProfile::publisher_default().reliability_reliable(WhenFull::Fail);
         let qos = if about.is_latched {
             qos.durability(Durability::TransientLocal).history(LAST_ONE)
