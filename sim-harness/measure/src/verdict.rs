@@ -34,6 +34,7 @@ use scenario::Scenario;
 use branch::ordered_way;
 pub use criteria::{Criterion, criteria};
 use drones::Called;
+pub use drones::WIDER_M;
 pub use ended::Ended;
 pub use evidence::Evidence;
 use failure::Down;
@@ -141,7 +142,7 @@ pub fn judge(
         criteria(scenario, metrics).iter().filter_map(|criterion| criterion.failure(evidence)),
     );
     let called = Called::of(scenario, evidence);
-    let home_m = drones::home_m(world);
+    let home_m = drones::home_m(scenario, world, &evidence.drones);
     failures.extend(evidence.drones.iter().filter_map(|drone| called.failure(drone, home_m)));
     failures.extend(hold_missed(evidence.hold_s));
 

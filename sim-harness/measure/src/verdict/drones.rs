@@ -13,11 +13,22 @@ use scenario::Scenario;
 /// is 0.3 m by odometer ([`FlightConfig::home`](agent::FlightConfig)), which is off by up to 0.7 m.
 const HOME_M: f32 = 1.0;
 
+/// The row in which the drones of a chain land is so much longer for each drone that flew than the row in
+/// which they stood, m: 0.55 m from drone to drone, and 0.35 m.
+pub const WIDER_M: f32 = 0.2;
+
 /// The distance from where it took off within which a drone is at home, m: in a gallery wider than
-/// 2 m half its width, since a drone there comes home along a wall.
-pub(super) fn home_m(world: &World) -> f32 {
+/// 2 m half its width, since a drone there comes home along a wall. The drones of a chain land one before
+/// the other, in a row that is longer than that in which they stood.
+pub(super) fn home_m(scenario: &Scenario, world: &World, drones: &[DroneEnd]) -> f32 {
     let Metres(width) = world.skeleton().edge(world.base.on.edge).width();
-    HOME_M.max(0.5 * width)
+    let wider = match scenario.mission {
+        MissionKind::Chain => {
+            WIDER_M * drones.iter().filter(|drone| drone.has_flown).count() as f32
+        }
+        _ => 0.0,
+    };
+    HOME_M.max(0.5 * width) + wider
 }
 
 /// A drone stands in another's place within this distance, m: two radii with guards and a hand's
@@ -203,6 +214,17 @@ mod tests {
         assert_eq!(judged(0.9, LandReason::LinkLost), "lost-base");
         let perched = DroneEnd { state: State::Perched, ..landed(8.0, LandReason::Home) };
         assert_eq!(name(HOME.failure(&perched, HOME_M)), "left-inside-perched");
+    }
+
+    #[test]
+    fn the_row_in_which_a_chain_lands_may_be_longer_than_the_one_in_which_it_stood() {
+        let scenario = scenario::builtin::find("straight").unwrap().unwrap();
+        let world = scenario.world();
+        let flown = landed(0.7, LandReason::Home);
+        assert!((home_m(&scenario, &world, &[flown; 6]) - 2.2).abs() < 1e-6);
+        assert!((home_m(&scenario, &world, &[flown, waiting(), waiting()]) - 1.2).abs() < 1e-6);
+        let swarm = Scenario { mission: MissionKind::Swarm, ..scenario };
+        assert_eq!(home_m(&swarm, &world, &[flown; 6]), HOME_M);
     }
 
     #[test]

@@ -11,16 +11,15 @@ use super::{APART_M, Cause, DEEP, Flown, Left, QUICK, WEAK};
 use crate::chain::Contender;
 use crate::chain::drawn::drawing::Drawn;
 use measure::oracle::{Commanded, Oracle};
+use measure::verdict::WIDER_M;
 use mission::{Gains, Linked, Mission, ROUND_US};
 use scenario::{Scenario, Stretch};
 
 /// A link is weaker than the limit when it is so by more than this, dB.
 const VIOLATION: f32 = 0.5;
-/// A drone is at home within this of the row in which the drones took off, m: an arm's length, and
-/// for each drone that flew what the row in which they land is wider spaced than that in which they
-/// stood, 0.55 m and 0.35 m.
+/// A drone is at home within this of the row in which the drones took off, m, beside what the row in which they
+/// land is longer: an arm's length.
 const HOME_M: f32 = 1.0;
-const WIDER_M: f32 = 0.2;
 
 /// Flies a policy in a drawn place.
 ///
