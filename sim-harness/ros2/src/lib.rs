@@ -1,4 +1,4 @@
-//! A served mission as a node of ROS 2, by the node of [`ros2_topics`].
+//! A served mission as a node of ROS 2, by the node of `ros2_topics`.
 //!
 //! The node publishes the topics that a bag of the mission has, at the rate of the frames, and `/clock`
 //! with the time of the mission. It follows two topics, whose messages become packets for the base, so that
