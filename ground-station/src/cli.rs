@@ -64,7 +64,7 @@ struct Arguments {
     /// ROS_DOMAIN_ID or 0. For `cargo ground-ros2`
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1, require_equals = true, conflicts_with = "check")]
     ros2: Option<Option<String>>,
-    /// Let every program in that domain steer, by /cmd_vel and /order: ROS 2 asks nobody for a token
+    /// Let every program in that domain steer, by /cmd_vel and /order: ROS 2 has no token
     #[arg(long, requires = "ros2")]
     ros2_steer: bool,
 }

@@ -32,7 +32,7 @@ pub(super) struct Pilot {
     flying: Flying,
     /// The number of the last request.
     seq: u64,
-    /// Since when nobody has steered while Twists came.
+    /// Since when Twists have come while neither a page nor a program steered.
     unsteered: Option<Instant>,
     /// The last complaint, which is not repeated.
     complaint: Option<String>,
@@ -141,7 +141,7 @@ impl Pilot {
         let speed = ((forward / STEP).round() * STEP).clamp(-most, most) as f32;
         match &mut self.flying {
             Flying::Overruled { twist } => *twist = sent,
-            // No head takes off at the zeros of a stick that nobody moves.
+            // No head takes off at the zeros of a stick at rest.
             Flying::No if speed == 0.0 && !state.drones.iter().any(|drone| drone.airborne) => {}
             Flying::Told { twist, speed: told, seq }
                 if *told == speed && state.refused() != Some(*seq) =>

@@ -1,7 +1,7 @@
 """A peer of another maker's DDS: it hears the topics of a station, and steers the head by it.
 
 Its arguments are the domain, and `look` or `steer`. With `look` it ends with 0 once it has heard all topics
-and nobody follows /cmd_vel and /order; with `steer` once it has taken over, the head has flown half a metre by its
+and no subscriber follows /cmd_vel and /order; with `steer` once it has taken over, the head has flown half a metre by its
 Twists, has been ordered to hold when they stopped, and the base has taken the recall. It ends with 1 after
 two minutes.
 """
@@ -9,50 +9,19 @@ two minutes.
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
-from cyclonedds.core import Policy, Qos
-from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import float32, float64, int32, sequence, uint8, uint32
-from cyclonedds.pub import DataWriter
-from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
-from cyclonedds.util import duration
+from cyclonedds.idl.types import float32, sequence, uint8
 
+sys.path.insert(0, str(Path(__file__).parents[3] / "sim-harness/ros2-topics/tests"))
 
-@dataclass
-class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    sec: int32
-    nanosec: uint32
-
-
-@dataclass
-class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    stamp: Time
-    frame_id: str
-
-
-@dataclass
-class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
-    data: str
+from dds_peer import Domain, Header, String
 
 
 @dataclass
 class Float32(IdlStruct, typename="std_msgs::msg::dds_::Float32_"):
     data: float32
-
-
-@dataclass
-class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
-    x: float64
-    y: float64
-    z: float64
-
-
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector3
-    angular: Vector3
 
 
 @dataclass
@@ -76,29 +45,15 @@ class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::Diagnosti
     status: sequence[DiagnosticStatus]
 
 
-# The profile of rclcpp: what a subscriber and a publisher have where nothing else is asked for.
-DEFAULT = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepLast(10))
-
-
 class Peer:
     def __init__(self, domain):
         self.ends = time.time() + 120
-        self.domain = DomainParticipant(domain)
-        self.diagnostics = self.reader("/diagnostics", DiagnosticArray)
-        self.notices = self.reader("/notice", String)
-        self.link = self.reader("/drone_0/link/back/filtered_dbm", Float32)
-        self.odometer = self.reader("/drone_0/odometer_m", Float32)
-        self.twists, self.orders = self.writer("/cmd_vel", Twist), self.writer("/order", String)
+        self.domain = Domain(domain)
+        self.diagnostics = self.domain.reader("/diagnostics", DiagnosticArray)
+        self.notices = self.domain.reader("/notice", String)
+        self.link = self.domain.reader("/drone_0/link/back/filtered_dbm", Float32)
+        self.odometer = self.domain.reader("/drone_0/odometer_m", Float32)
         self.known, self.strength, self.flown, self.said = {}, None, 0.0, []
-
-    def topic(self, name, kind):
-        return Topic(self.domain, "rt" + name, kind)
-
-    def reader(self, name, kind):
-        return DataReader(self.domain, self.topic(name, kind), qos=DEFAULT)
-
-    def writer(self, name, kind):
-        return DataWriter(self.domain, self.topic(name, kind), qos=DEFAULT)
 
     def listen(self):
         for message in self.diagnostics.take():
@@ -127,8 +82,8 @@ class Peer:
     def fly(self):
         # An order comes once, and the station may not have known this peer yet: it is given again.
         if self.flown == 0.0:
-            self.orders.write(String("steer"))
-        self.twists.write(Twist(Vector3(0.25, 0.0, 0.0), Vector3(0.0, 0.0, 0.0)))
+            self.domain.orders.write(String("steer"))
+        self.domain.fly(0.25)
 
 
 def main(domain, does):
@@ -138,12 +93,13 @@ def main(domain, does):
     values = {pair.key: pair.value for pair in peer.known["drone_0"].values}
     assert float(values["back_filtered_dbm"]) < 0 and float(values["odometer_m"]) >= 0, values
     if does == "look":
-        # Whoever follows a topic was found with those that publish.
-        assert not peer.twists.get_matched_subscriptions() and not peer.orders.get_matched_subscriptions()
+        # A station that followed a topic would have been found together with what it publishes.
+        writers = (peer.domain.twists, peer.domain.orders)
+        assert not any(writer.get_matched_subscriptions() for writer in writers)
         return
     peer.until("flight", lambda: peer.flown > 0.5, peer.fly)
     peer.until("hold", lambda: peer.has_heard("taken the order to hold"))
-    peer.orders.write(String("return"))
+    peer.domain.orders.write(String("return"))
     peer.until("recall", lambda: peer.has_heard("taken the order to recall"))
 
 

@@ -4,7 +4,7 @@
 //! The definitions are those of `common_interfaces` and `geometry2` (ROS 2 Jazzy), without comments and
 //! constants, neither of which is in the bytes of a message.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A message with a definition.
 pub trait Message: Serialize {
@@ -17,7 +17,7 @@ macro_rules! messages {
         $(
             #[doc = concat!("`", $full, "`.")]
             $(#[$about])*
-            #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+            #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
             #[expect(missing_docs, reason = "fields have the names of the message's definition")]
             pub struct $name { $(pub $field: $kind,)* }
             impl Message for $name {

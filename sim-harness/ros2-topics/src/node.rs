@@ -11,9 +11,10 @@ use ros2_client::{
     QosProfile, Subscription, WriteError,
 };
 use serde::ser::SerializeTuple;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Serialize, Serializer};
 
 use crate::domain::Domain;
+use crate::messages::{Message, Text, Twist};
 use crate::topic::{About, Sink};
 
 /// A node in a domain of DDS. It publishes what it is given as a [`Sink`], and hears nothing.
@@ -53,19 +54,6 @@ impl Serialize for Cdr {
     }
 }
 
-/// `geometry_msgs/msg/Twist`.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-struct Twist {
-    linear: [f64; 3],
-    angular: [f64; 3],
-}
-
-/// `std_msgs/msg/String`.
-#[derive(Clone, Debug, Deserialize, Serialize)]
-struct Text {
-    data: String,
-}
-
 impl Node {
     /// Joins the domain as the node `/NAME`.
     ///
@@ -88,8 +76,8 @@ impl Node {
         // A subscriber that is content with any effort hears every publisher.
         let latest = QosProfile::subscription_default().reliability_best_effort().history(LAST_ONE);
         let every = QosProfile::subscription_default();
-        let twists = subscribe(&mut self.node, "/cmd_vel", "geometry_msgs/msg/Twist", &latest);
-        let orders = subscribe(&mut self.node, "/order", "std_msgs/msg/String", &every);
+        let twists = subscribe(&mut self.node, "/cmd_vel", &latest);
+        let orders = subscribe(&mut self.node, "/order", &every);
         Ok(Commands {
             twists: twists.map_err(|error| unopened(self.domain, &error))?,
             orders: orders.map_err(|error| unopened(self.domain, &error))?,
@@ -109,7 +97,7 @@ impl Commands {
     pub fn take_forward(&mut self) -> Option<Received<f64>> {
         let twists = std::iter::from_fn(|| self.twists.take().ok().flatten());
         let (twist, info) = twists.last()?;
-        Some(Received { what: twist.linear[0], sent: sent(&info) })
+        Some(Received { what: twist.linear.x, sent: sent(&info) })
     }
 
     /// The next order that came.
@@ -140,20 +128,19 @@ fn names(topic: &str, kind: &str) -> io::Result<(Name, MessageTypeName)> {
     Ok((topic, MessageTypeName::new(package, kind)))
 }
 
-fn subscribe<M: 'static>(
+fn subscribe<M: Message + 'static>(
     node: &mut ros2_client::Node,
     topic: &str,
-    kind: &str,
     qos: &QosProfile,
 ) -> io::Result<Subscription<M>> {
-    let (name, kind) = names(topic, kind)?;
+    let (name, kind) = names(topic, M::NAME)?;
     let topic = node.create_topic(&name, kind, qos).map_err(io::Error::other)?;
     node.create_subscription(&topic, None).map_err(io::Error::other)
 }
 
 impl Sink for Node {
     fn topic(&mut self, about: &About<'_>) -> io::Result<usize> {
-        // Whoever publishes waits for no subscriber.
+        // A publisher waits for no subscriber.
         let qos = QosProfile::publisher_default().reliability_reliable(WhenFull::Fail);
         let qos = if about.is_latched {
             qos.durability(Durability::TransientLocal).history(LAST_ONE)

@@ -8,44 +8,19 @@ import math
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
-from cyclonedds.core import Policy, Qos
-from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
-from cyclonedds.idl.types import array, float32, float64, int8, int32, sequence, uint32
-from cyclonedds.pub import DataWriter
-from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
-from cyclonedds.util import duration
+from cyclonedds.idl.types import array, float32, float64, int8, sequence, uint32
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "ros2-topics/tests"))
 
-@dataclass
-class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
-    sec: int32
-    nanosec: uint32
+from dds_peer import LATCHED, Domain, Header, String, Time, Twist, Vector3
 
 
 @dataclass
 class Clock(IdlStruct, typename="rosgraph_msgs::msg::dds_::Clock_"):
     clock: Time
-
-
-@dataclass
-class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
-    stamp: Time
-    frame_id: str
-
-
-@dataclass
-class String(IdlStruct, typename="std_msgs::msg::dds_::String_"):
-    data: str
-
-
-@dataclass
-class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
-    x: float64
-    y: float64
-    z: float64
 
 
 @dataclass
@@ -67,12 +42,6 @@ class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
 class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
     position: Point
     orientation: Quaternion
-
-
-@dataclass
-class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
-    linear: Vector3
-    angular: Vector3
 
 
 @dataclass
@@ -129,28 +98,14 @@ class OccupancyGrid(IdlStruct, typename="nav_msgs::msg::dds_::OccupancyGrid_"):
     data: sequence[int8]
 
 
-RELIABLE = Policy.Reliability.Reliable(duration(seconds=1))
-# The profiles of rclcpp: what a subscriber and a publisher have where nothing else is asked for.
-DEFAULT = Qos(RELIABLE, Policy.History.KeepLast(10))
-LATCHED = Qos(RELIABLE, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
-
-
-def main(domain):
-    peer = DomainParticipant(domain)
-
-    def reader(name, kind, qos=DEFAULT):
-        return DataReader(peer, Topic(peer, "rt" + name, kind), qos=qos)
-
-    def writer(name, kind):
-        return DataWriter(peer, Topic(peer, "rt" + name, kind), qos=DEFAULT)
-
-    clock, odometry = reader("/clock", Clock), reader("/drone_0/odom", Odometry)
-    transforms, grid = reader("/tf", TFMessage), reader("/map", OccupancyGrid, LATCHED)
-    twists, orders = writer("/cmd_vel", Twist), writer("/order", String)
+def main(number):
+    domain = Domain(number)
+    clock, odometry = domain.reader("/clock", Clock), domain.reader("/drone_0/odom", Odometry)
+    transforms = domain.reader("/tf", TFMessage)
+    grid = domain.reader("/map", OccupancyGrid, LATCHED)
     began, now, first, flown, frames, area = time.time(), 0.0, None, 0.0, set(), 0
     while time.time() - began < 60:
-        still = Vector3(0.0, 0.0, 0.0)
-        twists.write(Twist(Vector3(0.3, 0.0, 0.0), still))
+        domain.fly(0.3)
         for sample in clock.take():
             now = sample.clock.sec + sample.clock.nanosec * 1e-9
         for sample in odometry.take():
@@ -169,7 +124,7 @@ def main(domain):
         sys.exit(f"after a minute: clock {now}, flown {flown}, frames {frames}, map {area}")
     # An order comes once; a Twist that came later would be another one.
     time.sleep(0.5)
-    orders.write(String("return"))
+    domain.orders.write(String("return"))
     time.sleep(1.0)
 
 

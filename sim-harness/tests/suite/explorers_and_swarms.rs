@@ -4,7 +4,6 @@
 //! `run` said *success, area surveyed* of a swarm with a part of its area unflown, and *success* of explorers
 //! whatever they had explored; explorers came down metres from home on empty batteries.
 
-use std::path::Path;
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
@@ -13,6 +12,8 @@ use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::verdict::Failure;
 use sim_harness::scenario::{Loss, LossKind, PilotStep, Scenario};
 use units::Order;
+
+use crate::scenario_text;
 
 /// Four rooms with doors of 1 m at a corridor, which two drones explore in 300 s, with batteries that carry
 /// them for half of that.
@@ -79,9 +80,7 @@ speed_mps = 0.2
 "#;
 
 fn office() -> Scenario {
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("office.toml");
-    std::fs::write(&file, OFFICE).unwrap();
-    Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"))
+    scenario_text::read("explorers-and-swarms/office", OFFICE)
 }
 
 fn fly(scenario: &Scenario, seed: u64) -> Run {

@@ -3,13 +3,13 @@
 //! Three relays stand equally between the base and a head at 16 m; relay 2, in the middle, is lost
 //! at 10 s.
 
-use std::path::Path;
-
 use agent::State;
 use sim_harness::measure::metrics::{Reference, RunMetrics, Watch};
 use sim_harness::mission::Mission;
 use sim_harness::scenario::{LossKind, Scenario};
 use units::{NodeId, Point2};
+
+use crate::scenario_text;
 
 /// The drone that is lost.
 const LOST: usize = 2;
@@ -38,12 +38,9 @@ at_s = 10.0
 drone = 2
 how = \"gone\"
 ";
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("loss");
-    std::fs::create_dir_all(&folder).unwrap();
     let name = format!("{how:?}").to_lowercase();
-    let file = folder.join(format!("{name}-{link}.toml"));
-    std::fs::write(&file, text.replace("gone", &name).replace("exact", link)).unwrap();
-    Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"))
+    let text = text.replace("gone", &name).replace("exact", link);
+    scenario_text::read(&format!("loss/{name}-{link}"), &text)
 }
 
 /// What is seen of the lost drone.

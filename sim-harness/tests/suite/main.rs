@@ -34,6 +34,7 @@ mod radios;
 mod random_scenarios;
 mod records;
 mod retirement;
+mod scenario_text;
 mod survey_routes;
 mod twist;
 mod verdict;

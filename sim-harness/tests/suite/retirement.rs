@@ -1,11 +1,10 @@
 //! A head that flies out and comes back: the relay that it no longer needs flies home, and flies out
 //! again when the head does.
 
-use std::path::Path;
-
 use sim_harness::measure::metrics::{Reference, Watch};
 use sim_harness::mission::Mission;
-use sim_harness::scenario::Scenario;
+
+use crate::scenario_text;
 
 /// 300 s in a straight gallery: 23 m out, 15 m back, and from 240 s on out again.
 const OUT_AND_BACK: &str = "\
@@ -40,11 +39,7 @@ speed_mps = 0.25
 
 #[test]
 fn a_relay_that_is_not_needed_flies_home_and_out_again() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("retirement");
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("out-and-back.toml");
-    std::fs::write(&file, OUT_AND_BACK).unwrap();
-    let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
+    let scenario = scenario_text::read("retirement/out-and-back", OUT_AND_BACK);
     let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
     for seed in 1..=5 {

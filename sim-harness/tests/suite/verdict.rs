@@ -3,13 +3,13 @@
 //! `run` said *success* of a head that stood at a corner with relays waiting, of drones that landed on
 //! each other, and of drones that were left inside; `campaign` said nothing of the kind.
 
-use std::path::Path;
-
 use sim_harness::measure::campaign::{Run, Verdicts, fly_until};
 use sim_harness::measure::metrics::Reference;
 use sim_harness::measure::verdict::{Ended, Failure};
 use sim_harness::mission::Mission;
 use sim_harness::scenario::Scenario;
+
+use crate::scenario_text;
 
 /// A scenario of two relays with this tunnel, these further sections and these orders, each with its
 /// time in seconds and its speed in m/s.
@@ -26,11 +26,7 @@ fn scenario(
         text += &format!("[[pilot]]\nat_s = {at_s:.1}\norder = \"{order}\"\n");
         text += &speed.map_or_else(String::new, |speed| format!("speed_mps = {speed:.1}\n"));
     }
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("verdict");
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join(format!("{name}.toml"));
-    std::fs::write(&file, text).unwrap();
-    Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"))
+    scenario_text::read(&format!("verdict/{name}"), &text)
 }
 
 fn fly(scenario: &Scenario) -> Vec<Run> {

@@ -3,7 +3,7 @@
 //!
 //! The place on the path is known by dead reckoning, and at a throat or in a sharp bend the drone may
 //! stand before a wall of which its path knows nothing. No wait helps then: it looks round, and flies
-//! on by the walls into the way that it finds.
+//! on into the way that it finds.
 
 use crate::plane::{Vec2, distance};
 
@@ -47,7 +47,7 @@ impl Lost {
         } else if gone > self.farthest + COME_ON {
             (self.farthest, self.idle) = (gone, 0);
         }
-        // A drone that waits for a moment, as others come near, has not come on by that.
+        // In a round without flight the drone has not come on, and has not tried to either.
         self.idle =
             if flies { self.idle.saturating_add(1).min(LOST) } else { self.idle.saturating_sub(1) };
         self.idle == LOST

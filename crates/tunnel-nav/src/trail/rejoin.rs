@@ -1,25 +1,26 @@
 //! Finds the place of a drone on its path again, wherever on the path near by that is.
 //!
 //! From round to round the place is looked for only among the next crumbs, as a path may pass close to itself. A
-//! drone that has stood before a wall on its way home, and has looked round, may be farther along its path than
-//! that, and its path is still the best that it knows of the way.
+//! drone that has stood before a wall on its way home may be beside a crumb that is farther along the path, and
+//! the path is still the best that the drone knows of the way.
 
 use super::{KEPT_HOME, Trail};
 use crate::plane::{dot, minus};
 
 /// The place is looked for so many crumbs homeward, 10 m, …
-const HOMEWARD: i32 = 50;
+const FARTHEST_HOMEWARD: i32 = 50;
 /// … and so many ahead, 2 m. Both are our own numbers, as the next one.
-const AHEAD: i32 = 10;
+const FARTHEST_AHEAD: i32 = 10;
 /// A path with fewer crumbs homeward than this does not tell where home is: 1 m.
 const TELLS: i32 = 5;
 
 impl Trail {
     /// Finds the place of a drone on its way home that has looked round: it is at the crumb next to the drone.
-    /// Where none is near, or the path begins there, the path is forgotten and begins anew.
+    /// Where none is within
+    /// [`KEPT_HOME`], or the path begins within 1 m of it, the path is forgotten and begins anew.
     pub(crate) fn rejoin(&mut self) {
-        let from = self.near.saturating_sub(HOMEWARD).max(self.first);
-        let to = self.near.saturating_add(AHEAD).min(self.last);
+        let from = self.near.saturating_sub(FARTHEST_HOMEWARD).max(self.first);
+        let to = self.near.saturating_add(FARTHEST_AHEAD).min(self.last);
         let distances = (from..=to).map(|number| {
             let off = minus(self.crumb(number).at, self.at);
             (number, dot(off, off))

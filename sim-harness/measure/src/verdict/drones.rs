@@ -13,8 +13,9 @@ use scenario::Scenario;
 /// is 0.3 m by odometer ([`FlightConfig::home`](agent::FlightConfig)), which is off by up to 0.7 m.
 const HOME_M: f32 = 1.0;
 
-/// The row in which the drones of a chain land is so much longer for each drone that flew than the row in
-/// which they stood, m: 0.55 m from drone to drone, and 0.35 m.
+/// The row in which the drones of a chain land may be so much longer for each drone that flew than the row
+/// in which they stood, m. Our own bound: they stand 0.35 m apart, and land 0.65 m before the outermost drone that is
+/// down (`crates/agent/src/mission/chain/homing.rs`).
 pub const WIDER_M: f32 = 0.2;
 
 /// The distance from where it took off within which a drone is at home, m: in a gallery wider than
@@ -26,7 +27,7 @@ pub(super) fn home_m(scenario: &Scenario, world: &World, drones: &[DroneEnd]) ->
         MissionKind::Chain => {
             WIDER_M * drones.iter().filter(|drone| drone.has_flown).count() as f32
         }
-        _ => 0.0,
+        MissionKind::Swarm | MissionKind::Explore => 0.0,
     };
     HOME_M.max(0.5 * width) + wider
 }
