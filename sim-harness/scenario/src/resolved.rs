@@ -115,6 +115,16 @@ fn vehicle(vehicle: &VehicleSpec) -> Keys {
         ("battery_ohm", number(vehicle.battery_ohm)),
         ("yaw_torque_nm", Value::Array(vehicle.yaw_torque.map(number).to_vec())),
     ];
+    let usual = VehicleSpec::DEFAULT;
+    for (name, torque) in ["roll_torque_nm", "pitch_torque_nm"].into_iter().zip(vehicle.tilt_torque)
+    {
+        if torque != [0.0; 2] {
+            keys.push((name, Value::Array(torque.map(number).to_vec())));
+        }
+    }
+    if vehicle.lateral_noise != usual.lateral_noise {
+        keys.push(("lateral_noise_mps2", number(vehicle.lateral_noise)));
+    }
     // Without the key there is no positioning system.
     keys.extend(vehicle.position_noise.map(|noise| ("position_noise_m", number(noise))));
     keys

@@ -112,7 +112,7 @@ fn the_vibration_is_as_strong_as_it_says_and_turns_with_the_propellers() {
         let mut vibration = Vibration::new(&airframe, 0.3, &mut random);
         let (mut squares, mut sums, mut turns) = (0.0_f64, [0.0_f64; 3], 0.0_f32);
         for _ in 0..10_000 {
-            let (rates, force) = vibration.shake([airframe.hover_thrust(); 4]);
+            let (rates, force) = vibration.shake([airframe.hover_thrust(); 4], &mut random);
             squares += f64::from(force[0] * force[0] + force[1] * force[1]);
             for axis in 0..3 {
                 sums[axis] += f64::from(force[axis]);

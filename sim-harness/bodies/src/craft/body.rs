@@ -23,8 +23,8 @@ pub struct BodySpec {
     inverse_inertia: Vector,
     arm: f32,
     torque_per_thrust: f32,
-    /// The yaw torque with all motors alike, per thrust of all together, m.
-    twist: f32,
+    /// The torque with all motors alike, per thrust of all together, m.
+    twist: Vector,
 }
 
 /// Drag per speed of the air and per rotor speed, along x and y, and along z, N / (m/s · rad/s):
@@ -76,15 +76,15 @@ impl BodySpec {
             inverse_inertia: airframe.inertia.map(|moment| 1.0 / moment),
             arm: airframe.arm,
             torque_per_thrust: airframe.torque_per_thrust,
-            twist: 0.0,
+            twist: [0.0; 3],
         }
     }
 
-    /// These constants for a machine whose propellers twist it to the left by `torque` N m at hover,
-    /// as unequal ones do.
+    /// These constants for a machine whose propellers twist it by `torque` N m at hover, as unequal
+    /// ones do.
     #[must_use]
-    pub fn twisted_by(self, torque: f32) -> Self {
-        Self { twist: torque * self.inverse_mass / GRAVITY, ..self }
+    pub fn twisted_by(self, torque: Vector) -> Self {
+        Self { twist: torque.map(|part| part * self.inverse_mass / GRAVITY), ..self }
     }
 }
 
@@ -281,10 +281,11 @@ impl RigidBody {
         // A rotor at the end of its arm moves through the air when the body turns.
         let (tip, round) = (along * spec.arm * spec.arm, 2.0 * across * spec.arm * spec.arm);
         let [p, q, r] = self.rates;
+        let [twist_x, twist_y, twist_z] = spec.twist;
         let torque = [
-            spec.arm * (t3 + t4 - t1 - t2) - tip * p,
-            spec.arm * (t2 + t3 - t1 - t4) - tip * q,
-            spec.torque_per_thrust * (t2 + t4 - t1 - t3) + spec.twist * lift - round * r,
+            spec.arm * (t3 + t4 - t1 - t2) + twist_x * lift - tip * p,
+            spec.arm * (t2 + t3 - t1 - t4) + twist_y * lift - tip * q,
+            spec.torque_per_thrust * (t2 + t4 - t1 - t3) + twist_z * lift - round * r,
         ];
         (force, torque)
     }

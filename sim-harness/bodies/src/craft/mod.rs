@@ -141,9 +141,10 @@ impl Craft {
         let flow = Flow::new(1.0 + vehicle.flow_scale_error * random.gauss());
         let down = Ranger::new(&mut random);
         let sides = std::array::from_fn(|_| Ranger::new(&mut random));
-        let vibration = Vibration::new(&airframe, vehicle.vibration, &mut random);
+        let vibration = Vibration::new(&airframe, vehicle.vibration, &mut random)
+            .blown_by(vehicle.lateral_noise);
         motors.err(vehicle.thrust, vehicle.motor_error, &mut random);
-        let spec = BodySpec::of(&airframe).twisted_by(vehicle.draw_yaw_torque(&mut random));
+        let spec = BodySpec::of(&airframe).twisted_by(vehicle.draw_torques(&mut random));
         let mut flight = Flight::new();
         let outputs = flight.step(&config, Instant::ZERO, &Sensed::default(), &Command::default());
         Self {
@@ -284,7 +285,7 @@ impl Craft {
         let hovering = 4.0 * self.config.airframe.hover_thrust();
         let shaking = self.motors.lift() / hovering;
         let (rates, force) = (self.body.rates(), self.body.specific_force());
-        let shake = self.vibration.shake(self.motors.thrust());
+        let shake = self.vibration.shake(self.motors.thrust(), &mut self.random);
         let (gyro, accel) = self.imu.sample(rates, force, shaking, shake, &mut self.random);
         let (gyro, accel) = (AngularVelocity(gyro), Acceleration(accel));
         match &mut self.saboteur {

@@ -38,6 +38,12 @@ pub struct VehicleSpec {
     /// the left at hover, N m; each drone has one in between. [`Self::MEASURED_YAW_TORQUE`] has been
     /// measured.
     pub yaw_torque: [f32; 2],
+    /// The least and the largest torque about x and about y at hover, N m, by propellers that are not
+    /// alike and a battery that is not in the middle; each drone has one in between.
+    pub tilt_torque: [[f32; 2]; 2],
+    /// The standard deviation along x and along y of the slow noise that the air of the propellers
+    /// adds to the accelerometer at hover, m/s².
+    pub lateral_noise: f32,
     /// The internal resistance of the batteries, Ω.
     pub battery_ohm: f32,
 }
@@ -65,6 +71,8 @@ impl VehicleSpec {
         thrust: 1.0,
         motor_error: 0.0,
         yaw_torque: [0.0; 2],
+        tilt_torque: [[0.0; 2]; 2],
+        lateral_noise: 0.0,
         battery_ohm: Self::BATTERY_OHM,
     };
 
@@ -75,11 +83,15 @@ impl VehicleSpec {
     /// The largest of 222 flights of the first two: with propellers cut by 4 mm.
     pub const LARGEST_YAW_TORQUE: f32 = 5.35e-4;
 
-    /// One drone's yaw torque at hover, N m. Where all are alike none is drawn.
+    /// One drone's torques about x, y and z at hover, N m. Where all are alike none is drawn.
     #[must_use]
-    pub fn draw_yaw_torque(&self, random: &mut Stream) -> f32 {
-        let [least, most] = self.yaw_torque;
-        if most > least { least + (most - least) * random.uniform() } else { least }
+    pub fn draw_torques(&self, random: &mut Stream) -> [f32; 3] {
+        let mut draw = |[least, most]: [f32; 2]| {
+            if most > least { least + (most - least) * random.uniform() } else { least }
+        };
+        let yaw = draw(self.yaw_torque);
+        let [roll, pitch] = self.tilt_torque.map(draw);
+        [roll, pitch, yaw]
     }
 }
 
@@ -100,6 +112,9 @@ pub(crate) struct VehicleTable {
     thrust: Option<At<f32>>,
     motor_error: Option<At<f32>>,
     yaw_torque_nm: Option<At<Pair>>,
+    roll_torque_nm: Option<At<Pair>>,
+    pitch_torque_nm: Option<At<Pair>>,
+    lateral_noise_mps2: Option<At<f32>>,
     battery_ohm: Option<At<f32>>,
 }
 
@@ -142,22 +157,39 @@ impl VehicleTable {
             vibration: number(&self.vibration_g, "vibration_g", 0.0..=2.0, usual.vibration)?,
             thrust: number(&self.thrust, "thrust", 0.5..=1.5, usual.thrust)?,
             motor_error: number(&self.motor_error, "motor_error", 0.0..=0.3, usual.motor_error)?,
-            yaw_torque: match &self.yaw_torque_nm {
-                Some(range) => yaw_torque(reader, range)?,
-                None => usual.yaw_torque,
-            },
+            yaw_torque: torque(reader, &self.yaw_torque_nm, "yaw_torque_nm", YAW_LIMIT)?,
+            tilt_torque: [
+                torque(reader, &self.roll_torque_nm, "roll_torque_nm", TILT_LIMIT)?,
+                torque(reader, &self.pitch_torque_nm, "pitch_torque_nm", TILT_LIMIT)?,
+            ],
+            lateral_noise: number(
+                &self.lateral_noise_mps2,
+                "lateral_noise_mps2",
+                0.0..=2.0,
+                usual.lateral_noise,
+            )?,
             battery_ohm: number(&self.battery_ohm, "battery_ohm", 0.05..=1.0, usual.battery_ohm)?,
         })
     }
 }
 
-/// The least and the largest yaw torque, N m. A Crazyflie's motors hold about twice the limit.
-fn yaw_torque(reader: &Reader<'_>, range: &At<Pair>) -> Result<[f32; 2], InputError> {
-    const LIMIT: f32 = 0.001;
+/// The largest yaw torque, N m. A Crazyflie's motors hold about twice as much.
+const YAW_LIMIT: f32 = 0.001;
+/// The largest torque about x and y, N m: what the integrals of the flight code's rate loops give.
+const TILT_LIMIT: f32 = 0.002;
+
+/// The least and the largest torque of a key, N m; none without the key.
+fn torque(
+    reader: &Reader<'_>,
+    range: &Option<At<Pair>>,
+    key: &str,
+    limit: f32,
+) -> Result<[f32; 2], InputError> {
+    let Some(range) = range else { return Ok([0.0; 2]) };
     let Pair([least, most]) = *range.as_ref();
-    if least >= -LIMIT && least <= most && most <= LIMIT {
+    if least >= -limit && least <= most && most <= limit {
         return Ok([least, most]);
     }
-    let remedy = format!("give two numbers from -{LIMIT} to {LIMIT}, the smaller first");
-    Err(reader.wrong(range, format!("yaw_torque_nm = [{least}, {most}] is out of range"), remedy))
+    let remedy = format!("give two numbers from -{limit} to {limit}, the smaller first");
+    Err(reader.wrong(range, format!("{key} = [{least}, {most}] is out of range"), remedy))
 }
