@@ -22,8 +22,8 @@ use crate::monitor::SensorMonitor;
 
 /// The learnt thrust stays within these multiples of the commanded thrust; beyond them the
 /// airframe's constants are those of another drone.
-const MIN_THRUST_SCALE: f32 = 0.6;
-const MAX_THRUST_SCALE: f32 = 1.5;
+pub(crate) const MIN_THRUST_SCALE: f32 = 0.6;
+pub(crate) const MAX_THRUST_SCALE: f32 = 1.5;
 
 /// The constants of the accelerometer's checks.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -185,6 +185,18 @@ impl Gauge {
         self.volts.unwrap_or(3.7)
     }
 
+    /// The estimated voltage without load, V; 0 while it is unknown.
+    #[cfg(feature = "replay")]
+    pub(crate) const fn rest_volts(&self) -> f32 {
+        self.rest_volts
+    }
+
+    /// The internal resistance, Ω; `None` until it has been measured.
+    #[cfg(feature = "replay")]
+    pub(crate) const fn resistance(&self) -> Option<f32> {
+        self.resistance
+    }
+
     pub(crate) fn is_known(&self) -> bool {
         self.volts.is_some()
     }

@@ -60,7 +60,7 @@ impl GyroConfig {
 
 /// The source of the rates in use.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum RateSource {
+pub(crate) enum RateSource {
     /// The reading is used.
     Measured,
     /// The reading jumped; the prediction is used until the reason is known.
@@ -211,6 +211,12 @@ impl Gyro {
     /// The body rates in use, rad/s.
     pub(crate) const fn rates(&self) -> [f32; 3] {
         self.rates
+    }
+
+    /// The source of the rates in use.
+    #[cfg(feature = "replay")]
+    pub(crate) const fn source(&self) -> RateSource {
+        self.source
     }
 
     /// Whether the rates in use are predicted.

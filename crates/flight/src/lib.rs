@@ -15,6 +15,7 @@
 //! | `drift` | the standing error of the estimated velocity |
 //! | `control`, `pid`, `mixer` | from set-point to motor duties |
 //! | `supervisor` | when to take off, land, or stop the motors |
+//! | `replay` | the checks over the log of a flight that other code flew; for hosts only |
 #![no_std]
 #![allow(
     clippy::manual_clamp,
@@ -37,6 +38,8 @@ mod lowpass;
 mod mixer;
 mod monitor;
 mod pid;
+#[cfg(feature = "replay")]
+pub mod replay;
 mod supervisor;
 
 pub use accel::AccelConfig;

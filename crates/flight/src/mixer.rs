@@ -15,6 +15,20 @@ pub(crate) struct Wrench {
 }
 
 impl Wrench {
+    /// The wrench of these thrusts of the motors, N.
+    #[cfg(feature = "replay")]
+    pub(crate) fn of(airframe: &Airframe, thrusts: [f32; 4]) -> Self {
+        let mut sum = Self::default();
+        for (thrust, [roll, pitch, yaw]) in thrusts.into_iter().zip(MIXING) {
+            let [x, y, z] = &mut sum.torque;
+            sum.thrust += thrust;
+            *x += roll * airframe.arm * thrust;
+            *y += pitch * airframe.arm * thrust;
+            *z += yaw * airframe.torque_per_thrust * thrust;
+        }
+        sum
+    }
+
     /// This wrench times a factor.
     pub(crate) fn times(&self, factor: f32) -> Self {
         Self { thrust: factor * self.thrust, torque: self.torque.map(|part| factor * part) }
