@@ -8,6 +8,7 @@
 //! | [`recording`] | the samples, and the anomalies of the other rows |
 //! | [`mod@fit`] | a radio model, fitted to the packets |
 //! | [`recorded`] | a channel that plays the packets of a log back |
+//! | [`variables`] | all variables of a log of the µSD card deck |
 //! | `channel` | reads a log as such a channel |
 
 mod channel;
@@ -17,6 +18,7 @@ pub mod mcap_file;
 pub mod messages;
 pub mod recorded;
 pub mod recording;
+pub mod variables;
 
 pub use channel::recorded_channel;
 pub use formats::Format;

@@ -13,7 +13,7 @@ mod table;
 mod tetam;
 mod trace;
 mod uchain_flight;
-mod usd;
+pub(crate) mod usd;
 
 use std::fmt;
 use std::path::Path;

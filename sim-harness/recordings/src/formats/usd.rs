@@ -15,6 +15,8 @@
 //! A logged variable holds the last packet, so it is read once in a round of 0.2 s. What other
 //! formats call a line is the number of the event.
 
+pub(crate) mod container;
+
 use std::path::Path;
 
 use input::InputError;
@@ -23,12 +25,11 @@ use units::{Instant, MetresPerSecond};
 use super::{instant, received};
 use crate::recording::{Anomaly, Clock, Recorder, Recording};
 
-/// The first byte of a file.
-pub(super) const MAGIC: u8 = 0xBC;
+pub(super) use container::MAGIC;
+use container::{Container, Event};
+
 /// A round of the chain's loop, µs.
 const ROUND_US: u64 = 200_000;
-/// The most variables of one event type, against damaged files: ours.
-const MOST: usize = 256;
 
 /// The link and the sign of a variable that holds a strength.
 #[derive(Clone, Copy)]
@@ -51,165 +52,52 @@ fn strength(name: &str) -> Option<Strength> {
     })
 }
 
-/// The types of a variable.
-#[derive(Clone, Copy)]
-enum Type {
-    Unsigned(usize),
-    Signed(usize),
-    Single,
-    Double,
-    /// A value that is passed over.
-    Other(usize),
-}
-
-impl Type {
-    fn of(letter: u8) -> Option<Self> {
-        Some(match letter {
-            b'B' | b'?' => Self::Unsigned(1),
-            b'H' => Self::Unsigned(2),
-            b'I' | b'L' => Self::Unsigned(4),
-            b'Q' => Self::Unsigned(8),
-            b'b' => Self::Signed(1),
-            b'h' => Self::Signed(2),
-            b'i' | b'l' => Self::Signed(4),
-            b'q' => Self::Signed(8),
-            b'f' => Self::Single,
-            b'd' => Self::Double,
-            b'e' => Self::Other(2),
-            b'c' | b'x' => Self::Other(1),
-            _ => return None,
-        })
-    }
-
-    fn read(self, bytes: &mut Bytes<'_>) -> Option<f64> {
-        let length = match self {
-            Self::Unsigned(length) | Self::Signed(length) | Self::Other(length) => length,
-            Self::Single => 4,
-            Self::Double => 8,
-        };
-        let field = bytes.take(length)?;
-        let mut wide = [0; 8];
-        wide.get_mut(..length)?.copy_from_slice(field);
-        let unsigned = u64::from_le_bytes(wide);
-        Some(match self {
-            Self::Unsigned(_) => unsigned as f64,
-            Self::Signed(length) => {
-                let unused = 64 - 8 * length as u32;
-                ((unsigned << unused) as i64 >> unused) as f64
-            }
-            Self::Single => f64::from(f32::from_bits(unsigned as u32)),
-            Self::Double => f64::from_bits(unsigned),
-            Self::Other(_) => f64::NAN,
-        })
-    }
-}
-
-/// The bytes of a file that are left to read.
-struct Bytes<'a> {
-    whole: usize,
-    left: &'a [u8],
-}
-
-impl<'a> Bytes<'a> {
-    fn take(&mut self, length: usize) -> Option<&'a [u8]> {
-        let (field, left) = self.left.split_at_checked(length)?;
-        self.left = left;
-        Some(field)
-    }
-
-    fn number<const N: usize>(&mut self) -> Option<u64> {
-        let mut wide = [0; 8];
-        wide.get_mut(..N)?.copy_from_slice(self.take(N)?);
-        Some(u64::from_le_bytes(wide))
-    }
-
-    fn text(&mut self) -> Option<&'a str> {
-        let length = self.left.iter().position(|byte| *byte == 0)?;
-        let text = self.take(length + 1)?;
-        std::str::from_utf8(text.get(..length)?).ok()
-    }
-
-    const fn place(&self) -> usize {
-        self.whole - self.left.len()
-    }
-}
-
-/// One event type.
-struct Event {
-    id: u64,
-    variables: Vec<(Type, Option<Strength>)>,
-    /// Which variable is the velocity along the tunnel.
-    forward: Option<usize>,
-}
-
 pub(super) fn parse(bytes: &[u8], file: &Path) -> Result<Recording, InputError> {
     let mut recorder = Recorder::default();
-    let body = body(bytes, &mut recorder);
-    let mut rest = Bytes { whole: body.len(), left: body };
-    let broken = |rest: &Bytes<'_>, wrong: &str| {
-        let wrong = format!("{wrong}, at byte {}", rest.place());
-        InputError::new(wrong, "copy the file from the card again").in_file(file)
-    };
-    let head = rest.take(1).and_then(|_| Some((rest.number::<2>()?, rest.number::<2>()?)));
-    let Some((version @ 1..=2, types)) = head else {
-        return Err(broken(&rest, "this is no µSD log of version 1 or 2"));
-    };
-    let mut events = Vec::new();
-    for _ in 0..types {
-        match event(&mut rest) {
-            Some(event) => events.push(event),
-            None => return Err(broken(&rest, "an event type cannot be read")),
-        }
+    let mut log = Container::open(bytes, file)?;
+    if !log.is_whole {
+        recorder.note(CUT);
     }
-    if !events.iter().flat_map(|event| &event.variables).any(|(_, strength)| strength.is_some()) {
+    let kinds: Vec<Links> = log.types.iter().map(|kind| Links::of(&kind.names)).collect();
+    if kinds.iter().all(|links| links.strengths.is_empty()) {
         let remedy = "log radio.rssi, or uchain.frontRaw and uchain.backRaw";
         return Err(
             InputError::new("no variable of the log is a signal strength", remedy).in_file(file)
         );
     }
-    read_events(&mut rest, version, &events, &mut recorder);
+    read_events(&mut log, &kinds, &mut recorder);
     Ok(recorder.finish())
 }
 
-/// The file without its checksum. One that was cut short has none, and is read as far as it goes.
-fn body<'a>(bytes: &'a [u8], recorder: &mut Recorder) -> &'a [u8] {
-    if let Some((body, checksum)) = bytes.split_last_chunk::<4>()
-        && crc32fast::hash(body).to_le_bytes() == *checksum
-    {
-        return body;
-    }
-    recorder.note("its checksum is wrong or missing: it was read as far as it goes");
-    bytes
+/// What is said of a file without its checksum.
+pub(crate) const CUT: &str = "its checksum is wrong or missing: it was read as far as it goes";
+
+/// What an event type says about links: the places of its strengths, and of the velocity along the
+/// tunnel.
+struct Links {
+    strengths: Vec<(usize, Strength)>,
+    forward: Option<usize>,
 }
 
-fn event(rest: &mut Bytes<'_>) -> Option<Event> {
-    let id = rest.number::<2>()?;
-    rest.text()?;
-    let count = usize::try_from(rest.number::<2>()?).ok().filter(|count| *count <= MOST)?;
-    let mut event = Event { id, variables: Vec::with_capacity(count), forward: None };
-    for place in 0..count {
-        let (name, letter) = rest.text()?.strip_suffix(')')?.rsplit_once('(')?;
-        let [letter] = *letter.as_bytes() else { return None };
-        if name == "uchain.forward" {
-            event.forward = Some(place);
+impl Links {
+    fn of(names: &[String]) -> Self {
+        let strengths = names.iter().enumerate();
+        Self {
+            strengths: strengths
+                .filter_map(|(place, name)| Some((place, strength(name)?)))
+                .collect(),
+            forward: names.iter().position(|name| name == "uchain.forward"),
         }
-        event.variables.push((Type::of(letter)?, strength(name)));
     }
-    Some(event)
 }
 
-fn read_events(rest: &mut Bytes<'_>, version: u64, events: &[Event], recorder: &mut Recorder) {
+fn read_events(log: &mut Container<'_>, kinds: &[Links], recorder: &mut Recorder) {
     let mut clock = Clock::default();
     let mut due = [0; 3];
     let mut line = 0;
-    while !rest.left.is_empty() {
+    while let Some(event) = log.next() {
         line += 1;
-        let Some((event, micros)) = head(rest, version, events) else {
-            return recorder.anomaly(Anomaly::RowLength, line);
-        };
-        let values: Option<Vec<f64>> =
-            event.variables.iter().map(|(kind, _)| kind.read(rest)).collect();
-        let Some(values) = values else {
+        let Ok(Event { kind, micros, values }) = event else {
             return recorder.anomaly(Anomaly::RowLength, line);
         };
         recorder.row();
@@ -220,27 +108,18 @@ fn read_events(rest: &mut Bytes<'_>, version: u64, events: &[Event], recorder: &
         if !recorder.clock_is_sound(&mut clock, now, line) {
             continue;
         }
-        let forward = event.forward.and_then(|place| values.get(place)).copied();
-        for ((_, strength), value) in event.variables.iter().zip(values) {
-            let Some(strength) = strength else { continue };
+        let Some(links) = kinds.get(kind) else { continue };
+        let forward = links.forward.and_then(|place| values.get(place)).copied();
+        for (place, strength) in &links.strengths {
             let Some(due) = due.get_mut(strength.slot) else { continue };
+            let Some(value) = values.get(*place) else { continue };
             // The clock may have begun anew.
             if micros >= *due || due.abs_diff(micros) > ROUND_US {
                 *due = micros + ROUND_US;
-                take(recorder, line, now, *strength, value, forward);
+                take(recorder, line, now, *strength, *value, forward);
             }
         }
     }
-}
-
-/// The type and the time of the next event.
-fn head<'e>(rest: &mut Bytes<'_>, version: u64, events: &'e [Event]) -> Option<(&'e Event, u64)> {
-    let id = rest.number::<2>()?;
-    let micros = match version {
-        1 => rest.number::<4>()? * 1000,
-        _ => rest.number::<8>()?,
-    };
-    Some((events.iter().find(|event| event.id == id)?, micros))
 }
 
 fn take(
