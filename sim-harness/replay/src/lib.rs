@@ -1,4 +1,4 @@
-//! Runs recorded RSSI through the on-board code.
+//! Runs recorded RSSI, and recorded flights, through the on-board code.
 //!
 //! Simulated noise is white and its distribution is known; recorded noise is neither. A replay
 //! gives the packets of a log to the on-board [`LinkFilter`](chain::filter::LinkFilter), and
@@ -10,6 +10,7 @@
 //! |---|---|
 //! | `prediction` | the six predictors and their scores |
 //! | `flight` | the policies over a recorded flight |
+//! | [`mod@flights`] | the checks of the flight code over logs of real flights |
 //! | `plan` | what a whole drone is told in the replay of a log |
 //! | `agents` | the whole drone of each relay over a recorded flight |
 //! | [`chip`] | the same on a chip, compared with the host |
@@ -22,6 +23,7 @@
 mod agents;
 pub mod chip;
 mod flight;
+pub mod flights;
 mod horizons;
 mod plan;
 mod prediction;

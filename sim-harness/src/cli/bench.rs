@@ -1,7 +1,5 @@
 //! `uchain bench`: finds a benchmark in the registry, and prints what it measures.
 
-mod record;
-
 use std::ffi::OsString;
 
 use clap::error::ErrorKind;
@@ -9,7 +7,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_parser};
 use serde_json::Value;
 
-use self::record::RecordArgs;
+use super::record::{Made, RecordArgs, Source};
 use super::{Common, Trouble, Verdict, complain, interrupt, put};
 use benchmarks::{Entry, Outcome, REGISTRY, Ready, Session};
 
@@ -107,12 +105,18 @@ fn all(given: &ArgMatches) -> Result<Vec<(&'static Entry, Ready)>, clap::Error> 
     REGISTRY.iter().filter(|entry| entry.is_in_all()).map(ready).collect()
 }
 
+/// What the file of a benchmark says of it.
+fn source(entry: &Entry) -> Source {
+    let Entry { name, about, page, .. } = *entry;
+    Source { command: format!("bench {name}"), file: name, about, page }
+}
+
 /// Runs what was chosen by this command line.
 pub(super) fn run(args: &BenchArgs, line: &[OsString]) -> Result<Verdict, Trouble> {
     let Chosen { benchmarks, is_all, common, record } = &args.chosen;
     interrupt::ends();
     let record = match benchmarks.as_slice() {
-        [(entry, _)] => record.open(entry)?,
+        [(entry, _)] => record.open(source(entry))?,
         _ => None,
     };
     let mut folder = common.folder()?;
@@ -130,7 +134,10 @@ pub(super) fn run(args: &BenchArgs, line: &[OsString]) -> Result<Verdict, Troubl
     let tables: String = outcomes.iter().map(|(_, outcome)| outcome.table.as_str()).collect();
     // What took an hour to measure is printed and kept, even where one of both cannot be done.
     let recorded = match (&record, outcomes.as_slice()) {
-        (Some(record), [(_, outcome)]) => record.write(line, outcome),
+        (Some(record), [(_, outcome)]) => {
+            let Outcome { seeds, table, missed, .. } = outcome;
+            record.write(line, &Made { seeds: Some(seeds), table, missed })
+        }
         _ => Ok(()),
     };
     common.finish(folder, &tables, &summary(&outcomes, *is_all))?;

@@ -21,6 +21,7 @@ mod interrupt;
 mod keys;
 mod map;
 pub mod plan;
+mod record;
 mod replay;
 mod run;
 mod serve;
@@ -55,7 +56,7 @@ enum Verb {
     Campaign(campaign::CampaignArgs),
     /// Make a paper's figures as tables and pictures, and say which of its claims hold
     Figures(figures::FiguresArgs),
-    /// Run recorded signal strengths (RSSI) through the on-board code
+    /// Run recorded signal strengths (RSSI), or real flights, through the on-board code
     Replay(replay::ReplayArgs),
     /// Simulate drones that cfclient and cflib connect to over UDP
     Serve(serve::ServeArgs),
@@ -243,7 +244,7 @@ pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Verb::Run(args) => run::run(&args),
         Verb::Campaign(args) => campaign::run(&args),
         Verb::Figures(args) => figures::run(&args),
-        Verb::Replay(args) => replay::run(&args),
+        Verb::Replay(args) => replay::run(&args, &line),
         Verb::Serve(args) => serve::run(&args),
         Verb::Bridge(args) => bridge::run(&args),
         Verb::Keys(args) => keys::run(&args),

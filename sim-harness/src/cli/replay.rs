@@ -1,13 +1,18 @@
-//! `uchain replay`: recorded RSSI.
+//! `uchain replay`: recorded RSSI, and recorded flights.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use chain::policy::{NAMES, Policy};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 
+use input::InputError;
+
+use super::record::{Made, RecordArgs, Source};
 use super::{Common, Trouble, Verdict, complain, emulated, interrupt};
 use replay::chip::{self, ChipOptions, ChipSummary, Pace};
+use replay::flights::replay_flights;
 use replay::{Format, ReplayOptions, StationRecord, replay, station_record};
 use report::Folder;
 use terminal::Progress;
@@ -32,6 +37,13 @@ pub(super) struct ReplayArgs {
     /// and two seconds old
     #[arg(long, conflicts_with = "on")]
     predict: bool,
+    /// Run the checks of the flight code over logs of real flights, which the µSD card deck wrote
+    #[arg(long, conflicts_with_all = ["on", "fit", "predict", "policy", "format"])]
+    flight: bool,
+    /// Fit the simulated craft to the flights of each drone, and write it as sections of scenario
+    /// files, plant.toml
+    #[arg(long, requires = "flight")]
+    fit_plant: bool,
     /// Replay on the chip too, and compare its answers with the host's
     #[arg(long, value_enum)]
     on: Option<Chip>,
@@ -42,6 +54,8 @@ pub(super) struct ReplayArgs {
     /// builds
     #[arg(long, value_name = "FILE", requires = "on")]
     elf: Option<PathBuf>,
+    #[command(flatten)]
+    record: RecordArgs,
     #[command(flatten)]
     common: Common,
 }
@@ -55,8 +69,13 @@ enum Chip {
     Probe,
 }
 
-pub(super) fn run(args: &ReplayArgs) -> Result<Verdict, Trouble> {
+pub(super) fn run(args: &ReplayArgs, line: &[OsString]) -> Result<Verdict, Trouble> {
+    if args.record.is_given() && !args.flight {
+        let wrong = "--record keeps the table of --flight";
+        return Err(InputError::new(wrong, "give --flight as well, or leave --record out").into());
+    }
     match args.on {
+        None if args.flight => over_flights(args, line),
         None => on_host(args),
         Some(chip) => on_chip(args, chip),
     }
@@ -98,6 +117,49 @@ fn on_host(args: &ReplayArgs) -> Result<Verdict, Trouble> {
     }
     args.common.finish(folder, &summary.to_string(), &value)?;
     Ok(Verdict::Good)
+}
+
+/// Runs the checks of the flight code over real flights. Logs that hold nothing to replay are told
+/// at the end, so that they do not hide the others.
+fn over_flights(args: &ReplayArgs, line: &[OsString]) -> Result<Verdict, Trouble> {
+    interrupt::ends();
+    let mut folder = args.common.folder()?;
+    let progress = Progress::busy("replay", args.common.quiet);
+    let record = args.record.open(Source {
+        command: "replay --flight".to_owned(),
+        file: "replay-flights",
+        about: "The checks of the flight code over logs of real flights",
+        page: "replay.md",
+    })?;
+    let mut summary = replay_flights(&args.logs)?;
+    if args.fit_plant {
+        summary.fit_plant();
+    }
+    drop(progress);
+    for (file, note) in summary.notes() {
+        complain(format_args!("{file}: {note}"));
+    }
+    let value = serde_json::to_value(&summary)
+        .map_err(|error| Trouble::Internal(format!("the summary cannot be written ({error})")))?;
+    if let Some(folder) = &mut folder {
+        folder.put_json("summary.json", &value)?;
+        folder.put("course.csv", |out| summary.write_course(out))?;
+        if let Some(plant) = &summary.plant {
+            folder.put_text("plant.toml", &plant.scenario())?;
+            for drone in &plant.drones {
+                folder.put_text(&format!("plant-{}.toml", drone.file_name()), &drone.scenario())?;
+            }
+        }
+    }
+    let table = summary.to_string();
+    if let Some(record) = record {
+        record.write(line, &Made { seeds: None, table: &table, missed: &[] })?;
+    }
+    args.common.finish(folder, &table, &value)?;
+    let mut refused = summary.refused;
+    let last = refused.pop();
+    refused.iter().for_each(complain);
+    last.map_or(Ok(Verdict::Good), |error| Err(error.into()))
 }
 
 /// Writes the report of a flight, where the only log is a recording of the ground station.
@@ -158,5 +220,5 @@ fn on_probe(
 ) -> Result<ChipSummary, chip::Error> {
     let wrong = "replay --on probe: this uchain was built without probe-rs";
     let remedy = "use `cargo sim-probe` in place of `cargo sim`";
-    Err(input::InputError::new(wrong, remedy).into())
+    Err(InputError::new(wrong, remedy).into())
 }
