@@ -29,8 +29,8 @@ pub use nose::{NoseSwing, nose_swing};
 
 /// The least and the largest ratio of true to commanded thrust that the flight code learns.
 pub const THRUST_SCALES: [f32; 2] = [MIN_THRUST_SCALE, MAX_THRUST_SCALE];
-/// Time constant of the torques that count as steady, s: the fifth part of the shortest flight that
-/// is looked at.
+/// Time constant of the torques that count as steady, s: longer than the motors' lag and the turns of
+/// a drone that keeps its place, shorter than a battery's flight.
 const STEADY_WITHIN: f32 = 1.0;
 
 /// A set-point to fly: only that there is one matters here.
@@ -83,14 +83,10 @@ pub struct Finding {
     pub thrust_scale: f32,
     /// Where the body rates come from.
     pub rate_source: Rates,
-    /// The body rates in use, rad/s.
-    pub rates: [f32; 3],
     /// Whether the gyroscope's bias has been measured.
     pub calibrated: bool,
     /// The torque about x, y and z by the airframe's curve, smoothed over 1 s, N m.
     pub steady_torque: [f32; 3],
-    /// The cosine of the tilt, of the log or of the estimator.
-    pub tilt_cosine: f32,
     /// The fraction of the roll and pitch rate loops' integral limit that this torque takes: these
     /// loops ask for torques in truth, and the mixer divides them by the learnt ratio.
     pub trim: f32,
@@ -129,8 +125,6 @@ pub struct BatteryFinding {
     pub rest_volts: f32,
     /// Internal resistance, Ω; `None` until it has been measured.
     pub resistance: Option<f32>,
-    /// For how long the battery can carry the hovering drone.
-    pub endurance: Option<Duration>,
     /// Whether the charge suffices to begin a flight.
     pub may_fly: bool,
     /// Whether the drone has to land at once.
@@ -210,7 +204,7 @@ impl Watch {
             self.rest(config, sensed);
         }
         let ends = self.supervise(config, now, moment, asked.thrust);
-        self.finding(config, now, moment, ends)
+        self.finding(config, now, ends)
     }
 
     fn inertial(
@@ -325,13 +319,7 @@ impl Watch {
         self.accel.thrust_scale() * x.abs().max(y.abs()) / config.control.tilt_rate.integral_limit
     }
 
-    fn finding(
-        &self,
-        config: &FlightConfig,
-        now: Instant,
-        moment: &Moment,
-        ends: Option<End>,
-    ) -> Finding {
+    fn finding(&self, config: &FlightConfig, now: Instant, ends: Option<End>) -> Finding {
         Finding {
             lateral_impact: self.accel.lateral_impact(),
             lateral_residual: self.accel.lateral_residual(),
@@ -345,10 +333,8 @@ impl Watch {
                 RateSource::Offset { .. } => Rates::Offset,
                 RateSource::Missing { .. } => Rates::Missing,
             },
-            rates: self.gyro.rates(),
             calibrated: self.rest_mean.is_some(),
             steady_torque: self.torque,
-            tilt_cosine: self.tilt_cosine(moment),
             trim: self.trim(config),
             battery: self.battery(config, now),
             ends,
@@ -361,7 +347,6 @@ impl Watch {
             volts: self.gauge.volts(),
             rest_volts: self.gauge.rest_volts(),
             resistance: self.gauge.resistance(),
-            endurance: self.gauge.endurance(&config.battery),
             may_fly: self.gauge.may_fly(&config.battery),
             is_critical: self.gauge.is_critical(&config.battery, now),
         })

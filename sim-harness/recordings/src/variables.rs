@@ -71,11 +71,6 @@ impl Variables {
             (!values.is_empty()).then_some((rows.times.as_slice(), values.as_slice()))
         })
     }
-
-    /// The names of all variables, in the log's order.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.types.iter().flat_map(|rows| rows.variables.iter().map(|(name, _)| name.as_str()))
-    }
 }
 
 /// The variables while they are being read.
