@@ -44,6 +44,17 @@ fn our_rule_keeps_clear_and_connected_in_every_phase() {
     }
 }
 
+/// A drone took one step more after its neighbour behind the passage had begun to land, and was cut off by it.
+#[test]
+fn the_last_step_out_of_a_passage_cuts_no_link() {
+    let mission = mission(Config::OURS, 24, Place::E, Phase::Crossing);
+    for seed in 3_400_000..3_400_008 {
+        for leg in flown(&mission, seed).legs {
+            assert!(leg.rounds.is_some() && leg.connected, "seed {seed}: {leg:?}");
+        }
+    }
+}
+
 #[test]
 fn the_same_seed_flies_the_same_mission() {
     let mission = mission(Config::PAPER, 6, Place::D, Phase::Crossing);
