@@ -93,7 +93,9 @@ impl<const N: usize> Member<N> {
     ) -> Option<Point2> {
         let formation = self.formation(self.plan.drones);
         let (config, passage) = (&self.config, &self.plan.passage);
-        let others = self.team.neighbours().map(|other| other.position);
+        // The paper's drones do not land: those that are done hover, and push and pull the others on.
+        let done = self.team.landed().filter(|_| config.guard.is_none());
+        let others = self.team.neighbours().chain(done).map(|other| other.position);
         match pace {
             Pace::Ahead { .. } => {
                 let side = &mut self.side;
