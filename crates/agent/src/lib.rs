@@ -154,12 +154,14 @@ impl Agent {
     #[must_use]
     pub fn new_linked(id: NodeId, role: Role, mission: MissionKind, now: Instant) -> Self {
         let mut agent = Self::new(id, role, mission);
-        agent.place_in_air(now);
+        agent.place_in_air(now, Metres::ZERO);
         agent
     }
 
-    /// Makes a new agent that of a drone which is already at its place in the air.
-    pub fn place_in_air(&mut self, now: Instant) {
+    /// Makes a new agent that of a drone which is already at its place in the air, and has `flown` so
+    /// far from the base.
+    pub fn place_in_air(&mut self, now: Instant, flown: Metres) {
+        self.odometry.settle(flown);
         let patient_until = now + Duration::from_secs(2);
         self.state = match self.role {
             Role::Head | Role::Relay => {

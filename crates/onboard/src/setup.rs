@@ -4,7 +4,7 @@ use agent::Agent;
 use airlink::{Identity, Schedule};
 use chain::policy::REGISTRY;
 use crtp::{About, Parameters};
-use units::{Instant, MissionKind, NodeId, Role};
+use units::{Instant, Metres, MissionKind, NodeId, Role};
 use wire::p2p::Epoch;
 
 use crate::{Config, Operator};
@@ -44,7 +44,7 @@ impl Setup {
         match self.start {
             Start::OnGround => {}
             Start::AfterFault => agent.note_restart(),
-            Start::InAir(now) => agent.place_in_air(now),
+            Start::InAir { at, flown } => agent.place_in_air(at, flown),
         }
     }
 
@@ -75,9 +75,14 @@ pub enum Start {
     /// The drone restarts after a run that ended by a fault or in the air, and is presumably on the
     /// ground.
     AfterFault,
-    /// The drone starts in the air, at its place in the chain, at this moment; only simulations use
-    /// this.
-    InAir(Instant),
+    /// The drone starts in the air, at its place in the chain, as if it had flown there; only
+    /// simulations use this.
+    InAir {
+        /// The moment of the start.
+        at: Instant,
+        /// The way that it has flown from the base, which its odometer shows.
+        flown: Metres,
+    },
 }
 
 /// The keys that a drone has, for its link.

@@ -238,6 +238,9 @@ impl<const N: usize> Member<N> {
         let goals = self.goals();
         let task = self.task;
         self.task = match task {
+            Task::Cross { out: true, pace } if self.is_through(here, pace) => {
+                self.surveys_or_lands()
+            }
             // A drone does not wait for the others before a row of a lost drone: those that fly over such a
             // row have not reached their last goals.
             Task::Survey { reached, underway: false }

@@ -34,43 +34,54 @@ impl<const N: usize> Member<N> {
         self.config.guard.is_some() && self.team.neighbours().any(inside)
     }
 
-    /// Returns the task of a drone after a step through the passage from `start` to `here`.
-    pub(crate) fn crossed(&mut self, start: Point2, here: Point2, pace: Pace) -> Task {
-        let Passage { entrance, way, length, .. } = self.plan.passage;
-        let beyond = along(way, entrance, here) - length.0;
+    /// Says whether a drone at `here` is far enough behind the passage, and all are out of it. It is asked
+    /// before the drone's step: a neighbour that has just begun to land keeps no link, and one step
+    /// more would cut it off.
+    pub(crate) fn is_through(&self, here: Point2, pace: Pace) -> bool {
         // Behind those that have landed there may be no room to go on. One that still can leaves the exit to
         // a drone that was taken for lost.
         let most = self.config.hold / 4;
-        let is_held = matches!(self.task, Task::Cross { out: true, pace: Pace::Ahead { blocked } } if blocked > most);
+        let is_held = matches!(pace, Pace::Ahead { blocked } if blocked > most);
         let is_near =
             |other: Neighbour| here.distance(other.position) <= self.config.wanted_distance();
         let has_no_room = is_held && self.team.landed().any(is_near);
         let exit = if has_no_room { self.error.0 } else { 2.0 * self.config.wanted_distance().0 };
+        self.leg == Leg::First && self.beyond(here) > exit && self.ready(self.goals() + 2)
+    }
+
+    /// Returns the task of a drone that is through the passage: the second area, where it is to be
+    /// surveyed.
+    pub(crate) fn surveys_or_lands(&mut self) -> Task {
         let [_, second] = self.plan.surveys;
-        let are_out = self.ready(self.goals() + 2);
-        let is_through = beyond > exit && are_out;
-        match self.leg {
-            Leg::Back if beyond > self.error.0 => {
-                self.still = 0;
-                Task::Home
-            }
-            Leg::First if is_through && second.goals() > 0 => {
-                (self.leg, self.takeover, self.still) = (Leg::Second, Takeover::NONE, 0);
-                Task::Survey { reached: 0, underway: true }
-            }
-            Leg::First if is_through => Task::Done,
-            _ => {
-                let out = beyond > self.error.0;
-                let pace = match pace {
-                    Pace::Ahead { blocked } if out => {
-                        Pace::Ahead { blocked: blocked.min(self.config.hold) }
-                    }
-                    pace => pace,
-                };
-                let pace = self.next_pace(pace, here, along(way, start, here), out && !are_out);
-                Task::Cross { out, pace }
-            }
+        if second.goals() == 0 {
+            return Task::Done;
         }
+        (self.leg, self.takeover, self.still) = (Leg::Second, Takeover::NONE, 0);
+        Task::Survey { reached: 0, underway: true }
+    }
+
+    /// Returns how far `here` is behind the passage, in metres.
+    fn beyond(&self, here: Point2) -> f32 {
+        let Passage { entrance, way, length, .. } = self.plan.passage;
+        along(way, entrance, here) - length.0
+    }
+
+    /// Returns the task of a drone after a step through the passage from `start` to `here`.
+    pub(crate) fn crossed(&mut self, start: Point2, here: Point2, pace: Pace) -> Task {
+        let out = self.beyond(here) > self.error.0;
+        if out && self.leg == Leg::Back {
+            self.still = 0;
+            return Task::Home;
+        }
+        let pace = match pace {
+            Pace::Ahead { blocked } if out => {
+                Pace::Ahead { blocked: blocked.min(self.config.hold) }
+            }
+            pace => pace,
+        };
+        let waits = out && !self.ready(self.goals() + 2);
+        let farther = along(self.plan.passage.way, start, here);
+        Task::Cross { out, pace: self.next_pace(pace, here, farther, waits) }
     }
 
     /// Returns the direction of a drone in the passage.
@@ -82,7 +93,9 @@ impl<const N: usize> Member<N> {
     ) -> Option<Point2> {
         let formation = self.formation(self.plan.drones);
         let (config, passage) = (&self.config, &self.plan.passage);
-        let others = self.team.neighbours().map(|other| other.position);
+        // The paper's drones do not land: those that are done hover, and push and pull the others on.
+        let done = self.team.landed().filter(|_| config.guard.is_none());
+        let others = self.team.neighbours().chain(done).map(|other| other.position);
         match pace {
             Pace::Ahead { .. } => {
                 let side = &mut self.side;

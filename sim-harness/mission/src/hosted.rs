@@ -5,7 +5,7 @@ use airlink::{LinkConfig, Opened, Schedule};
 use chain::neighbours::Heard;
 use onboard::{Config, Drone, Exploration, Keys, Outputs, Sensed, Setup, Start};
 use random::{Purpose, Stream};
-use units::{Dbm, Duration, Instant, MissionKind, NodeId, Order, Role};
+use units::{Dbm, Duration, Instant, Metres, MissionKind, NodeId, Order, Role};
 use wire::p2p::{Counter, Epoch, Kind};
 use wire::syslink::MAX_P2P;
 
@@ -46,12 +46,13 @@ pub(super) struct Hosted {
 }
 
 impl Hosted {
-    /// A drone that is switched on at the beginning of the mission.
+    /// A drone that is switched on at the beginning of the mission, or that is at its place in the air then and
+    /// has `flown` so far.
     pub(super) fn new(
         scenario: &Scenario,
         seed: u64,
         (node, role): (NodeId, Role),
-        flying: bool,
+        flown: Option<Metres>,
         clocks: Clocks,
     ) -> Self {
         let mut random = Stream::new(seed, Purpose::Radio(node.0));
@@ -67,7 +68,7 @@ impl Hosted {
             link: LinkConfig::DEFAULT,
             mailbox_delay: Duration::from_micros(scenario.radio.latency_us),
         };
-        let start = if flying { Start::InAir(now) } else { Start::OnGround };
+        let start = flown.map_or(Start::OnGround, |flown| Start::InAir { at: now, flown });
         let mission = scenario.mission;
         let mut setup = Setup { start, mission, ..Setup::new(node, role) };
         setup.about.has_flow = role != Role::Base;

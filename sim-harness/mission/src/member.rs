@@ -200,6 +200,7 @@ pub(super) fn member(
     let id = NodeId(n as u8);
     let mut random = Stream::new(seed, Purpose::Drone(id.0));
     let flying = role != Role::Base && !matches!(scenario.drones.start, Start::Mouth);
+    let way_flown = flying.then(|| Metres(world.path_to(spot.on).length()));
     let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
     let nose = world.skeleton().at(spot.on).1;
     let body = match (scenario.fidelity, role) {
@@ -220,7 +221,7 @@ pub(super) fn member(
             Body::Point(body)
         }
     };
-    let hosted = Hosted::new(scenario, seed, (id, role), flying, clocks);
+    let hosted = Hosted::new(scenario, seed, (id, role), way_flown, clocks);
     Member {
         onboard: Onboard::Hosted(Box::new(hosted)),
         role,

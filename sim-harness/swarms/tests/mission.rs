@@ -44,6 +44,31 @@ fn our_rule_keeps_clear_and_connected_in_every_phase() {
     }
 }
 
+/// A drone took one step more after its neighbour behind the passage had begun to land, and was cut off by it.
+#[test]
+fn the_last_step_out_of_a_passage_cuts_no_link() {
+    let mission = mission(Config::OURS, 24, Place::E, Phase::Crossing);
+    for seed in 3_400_000..3_400_008 {
+        for leg in flown(&mission, seed).legs {
+            assert!(leg.rounds.is_some() && leg.connected, "seed {seed}: {leg:?}");
+        }
+    }
+}
+
+/// A drone that was done pushed no other one any more, and the next one flew into it.
+#[test]
+fn a_drone_of_the_paper_that_is_done_keeps_the_others_off() {
+    for place in [Place::A, Place::D, Place::E] {
+        let mission = mission(Config::PAPER, 4, place, Phase::Crossing);
+        for seed in 3_500_000..3_500_020 {
+            let legs = flown(&mission, seed).legs;
+            let crossing = legs.last().filter(|leg| leg.phase == Phase::Crossing);
+            let closest = crossing.map(|leg| leg.closest_drones);
+            assert!(closest > Some(mission.config.size), "{}, seed {seed}: {legs:?}", place.name());
+        }
+    }
+}
+
 #[test]
 fn the_same_seed_flies_the_same_mission() {
     let mission = mission(Config::PAPER, 6, Place::D, Phase::Crossing);

@@ -1,5 +1,6 @@
 //! The simulator and its command, each part by itself.
 
+mod astray;
 mod attacks;
 mod book;
 mod called_law;

@@ -81,6 +81,8 @@ pub(crate) struct Chain {
     astray: AstrayWatch,
     /// How far in the head was when the pilot began to fly it back.
     backed_from: Option<Metres>,
+    /// The way at which this relay was last before a junction to which it had flown back.
+    came_back_to: Option<Metres>,
     /// How often the drone has flown back to a junction since it heard a drone in front.
     returns: u8,
     /// The place at which a search has ended that was worth it: the drone stays there, as an end of
@@ -121,6 +123,7 @@ impl Chain {
             route: Route::new(),
             astray: AstrayWatch::new(),
             backed_from: None,
+            came_back_to: None,
             returns: 0,
             found: None,
             renewals: 0,
@@ -201,11 +204,17 @@ impl Chain {
             retires: self.retires(config, round, duty),
             is_astray: self.is_astray(config, round, duty),
             chosen_anew: self.chosen_anew(round),
+            came_back_to: self.came_back_to,
             is_sited: self.is_sited(config, round, duty),
         });
         if let (ChainDuty::Rejoining { to, .. }, Continue(ChainDuty::Leading { .. })) = (duty, next)
         {
             self.note_rejoined(round, to);
+        }
+        if let (ChainDuty::Rejoining { to, .. }, Continue(ChainDuty::Relaying { .. })) =
+            (duty, next)
+        {
+            self.came_back_to = Some(to);
         }
         next
     }

@@ -67,7 +67,9 @@ impl Session {
         if begin.is_filtered {
             config.agent.policy.smoothing = Smoothing::Raw;
         }
-        let start = begin.in_air.map_or(Start::OnGround, Start::InAir);
+        let start = begin
+            .in_air
+            .map_or(Start::OnGround, |at| Start::InAir { at, flown: units::Metres::ZERO });
         drone.begin(config, &Setup { start, ..Setup::new(begin.node, begin.role) });
         self.launch = Some(LaunchRule::new(begin.links.into()));
         Ok(())

@@ -115,7 +115,7 @@ impl Net {
                 let offset = chance.below(3_600_000_000);
                 let start = match role {
                     Role::Base => Start::OnGround,
-                    _ => Start::InAir(Instant::from_micros(offset)),
+                    _ => Start::InAir { at: Instant::from_micros(offset), flown: Metres::ZERO },
                 };
                 let (node, next_round) = (NodeId(n as u8), chance.below(ROUND));
                 let drone = with_keys(node, role, start, false, 1, Instant::from_micros(offset));

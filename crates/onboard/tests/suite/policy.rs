@@ -4,7 +4,7 @@ use agent::Fitness;
 use chain::policy::{Policy, PolicyConfig, REGISTRY};
 use crtp::{ParameterId, Parameters};
 use onboard::{Config, Drone, Sensed, Setup, Start};
-use units::{Instant, NodeId, PolicyCode, Role};
+use units::{Instant, Metres, NodeId, PolicyCode, Role};
 
 use crate::common::{Clear, packets};
 
@@ -59,7 +59,7 @@ fn a_code_without_a_policy_is_refused() {
 
 #[test]
 fn a_drone_in_the_air_keeps_its_policy() {
-    let mut drone = drone(Start::InAir(NOW));
+    let mut drone = drone(Start::InAir { at: NOW, flown: Metres::ZERO });
     drone.step(NOW, &Sensed { fitness: Fitness::Fit, ..Sensed::NONE });
     assert_eq!(set(&mut drone, code("t0").get()), Some(code("chain")));
     assert_eq!(drone.config().agent.policy, PolicyConfig::CHAIN);

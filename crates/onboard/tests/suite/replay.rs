@@ -265,7 +265,7 @@ proptest! {
         let mut config = Config::DEFAULT;
         let code = PolicyCode::new(policy).unwrap();
         config.agent.policy = chain::policy::Policy::with_code(code).unwrap().config;
-        let start = Start::InAir(Instant::from_millis(3));
+        let start = Start::InAir { at: Instant::from_millis(3), flown: Metres::ZERO };
         let mut alone: Drone<Sealed> =
             Drone::new(config, &Setup { start, ..Setup::new(NodeId(1), Role::Relay) });
         for (n, rssi) in (1..).zip(strengths) {

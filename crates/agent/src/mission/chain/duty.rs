@@ -2,7 +2,7 @@
 
 use core::ops::ControlFlow::{Break, Continue};
 
-use chain::route::BEFORE;
+use chain::route::{BEFORE, JUNCTION};
 use chain::search::{Place, Search};
 use units::{Course, Db, Duration, Instant, Metres, Order, Phase, Role};
 
@@ -85,6 +85,8 @@ pub(super) struct Standing<'a> {
     pub(super) is_astray: bool,
     /// Where the junction began at which the head is to take another branch than it did.
     pub(super) chosen_anew: Option<Metres>,
+    /// The way at which this relay was last before a junction to which it had flown back.
+    pub(super) came_back_to: Option<Metres>,
     /// Whether a drone that looks for a spot at which to land is there.
     pub(super) is_sited: bool,
 }
@@ -268,12 +270,19 @@ const BEFORE_FAR_SIDE: Metres = Metres(3.6);
 const LONGEST_BACK: Duration = Duration::from_secs(75);
 
 /// The duty of a relay that has noticed that it is in a wrong branch: back to the last opening of the
-/// tunnel or, where it knows of none, to the next that it sees.
+/// tunnel or, where it knows of none, to the next that it sees. One that has come back to the same place
+/// before, and has taken the same branch again, flies farther back each time: what it took for the
+/// junction's near side was not.
 fn rejoins(at: &Standing<'_>) -> ChainDuty {
     let way = at.round.way();
     let near = |opened: &Metres| *opened <= way && way - *opened <= FARTHEST_BACK;
     let (to, passed) = match at.round.junction.filter(near) {
-        Some(opened) => (opened - BEFORE, None),
+        Some(opened) => {
+            let to = opened - BEFORE;
+            let again = at.came_back_to.filter(|last| (to - *last).abs() <= JUNCTION);
+            let farther = again.map_or(to, |last| last - BEFORE);
+            (if farther < to { farther } else { to }, None)
+        }
         None => (way - FARTHEST_BACK, Some(at.round.junction.unwrap_or(Metres(f32::INFINITY)))),
     };
     ChainDuty::Rejoining { since: at.round.now, to, passed }
@@ -437,6 +446,7 @@ mod tests {
             retires,
             is_astray: false,
             chosen_anew: None,
+            came_back_to: None,
             is_sited: false,
         })
     }
@@ -453,6 +463,7 @@ mod tests {
             retires: false,
             is_astray: false,
             chosen_anew: None,
+            came_back_to: None,
             is_sited: false,
         }
     }
@@ -464,6 +475,28 @@ mod tests {
         let round = Round { now: NOW, id: NodeId(1), role, phase, task, here, junction: None };
         let standing = Standing { is_sited: true, ..standing(&round, links) };
         ChainDuty::Siting { since }.next(&standing)
+    }
+
+    #[test]
+    fn a_relay_that_took_the_wrong_branch_again_flies_farther_back() {
+        let to = |came_back_to: Option<Metres>| {
+            let here = Reckoning { odometer: Metres(9.0), ..Reckoning::default() };
+            let task = Some(Task { order: EXPLORE, given: NOW });
+            let (id, role, phase) = (NodeId(1), Role::Relay, Phase::Linked);
+            let junction = Some(Metres(7.0));
+            let round = Round { now: NOW, id, role, phase, task, here, junction };
+            let standing = Standing { is_astray: true, came_back_to, ..standing(&round, GOOD) };
+            let duty = ChainDuty::Relaying { patient_until: NOW };
+            match duty.next(&standing) {
+                Continue(ChainDuty::Rejoining { to, .. }) => to,
+                other => panic!("{other:?}"),
+            }
+        };
+        let first = to(None);
+        assert_eq!(first, Metres(7.0) - BEFORE);
+        assert_eq!(to(Some(first)), first - BEFORE);
+        assert_eq!(to(Some(first - BEFORE)), first - BEFORE - BEFORE);
+        assert_eq!(to(Some(Metres(1.0))), first, "that was another junction");
     }
 
     #[test]
