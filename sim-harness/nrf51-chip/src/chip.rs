@@ -46,6 +46,7 @@ pub struct Radio {
 }
 
 /// An nRF51822 with a firmware. Moments are in cycles since its first start.
+#[derive(Clone)]
 pub struct Chip {
     core: Core,
     bus: Bus,

@@ -68,6 +68,7 @@ struct Arriving {
 }
 
 /// The bus.
+#[derive(Clone)]
 pub(crate) struct Bus {
     /// The time.
     pub(crate) now: Cycles,
