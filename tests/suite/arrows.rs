@@ -6,7 +6,7 @@ use std::process::Command;
 use serde_json::Value;
 
 /// The packages in order: each may use those before it.
-const ORDER: [&str; 49] = [
+const ORDER: [&str; 50] = [
     // What a drone does, without its chip.
     "units",
     "wire",
@@ -46,6 +46,7 @@ const ORDER: [&str; 49] = [
     "explorers",
     "swarms",
     "cave-worlds",
+    "nrf51-chip",
     "virtual-crazyflie",
     "core-vectors",
     "bodies",
