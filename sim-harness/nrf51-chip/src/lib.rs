@@ -11,9 +11,10 @@
 //! The crate knows neither a Crazyflie's other processor nor what the packets mean. The same firmware
 //! with the same inputs at the same moments ends in the same state, bit for bit.
 //!
-//! Peripherals are modelled by Nordic's nRF51 Series Reference Manual v3.0, cycles by ARM's
-//! Cortex-M0 Technical Reference Manual; no hardware was measured. What the firmware uses and is
-//! not modelled is in [`Chip::unknown`].
+//! The registers of the peripherals are those of Nordic's device header `nrf51.h`. What they do was
+//! not held to Nordic's reference manual nor to hardware: its witness is the firmware, which boots and
+//! whose times agree with those of an emulator that others wrote. Cycles are those of ARM's Cortex-M0
+//! Technical Reference Manual. What the firmware uses and is not modelled is in [`Chip::unknown`].
 
 pub mod air;
 mod chip;

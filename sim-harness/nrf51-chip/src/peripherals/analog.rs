@@ -1,4 +1,4 @@
-//! The ADC and the thermometer (nRF51 Series Reference Manual v3.0, chapters 31 and 22).
+//! The ADC and the thermometer.
 
 use units::Volts;
 

@@ -1,5 +1,4 @@
-//! GPIO (nRF51 Series Reference Manual v3.0, chapter 14): 32 pins, and what they are seen to do from
-//! outside.
+//! GPIO: 32 pins, and what they are seen to do from outside.
 
 use crate::Cycles;
 

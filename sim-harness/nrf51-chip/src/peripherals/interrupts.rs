@@ -1,5 +1,4 @@
-//! Events that raise a peripheral's interrupt (nRF51 Series Reference Manual v3.0, 10.1): each event
-//! is a register that the peripheral sets to 1 and the program to 0, at 0x100 and on; INTEN has one
+//! Events that raise a peripheral's interrupt: each event is a register that the peripheral sets to 1 and the program to 0, at 0x100 and on; INTEN has one
 //! bit for each.
 
 /// The first event register.

@@ -31,7 +31,7 @@ pub use uart::SentByte;
 use uart::Uart;
 
 /// The peripherals, by the numbers of their interrupts, which are also the numbers of their blocks of
-/// 4 KB (nRF51 Series Reference Manual v3.0, 6.3).
+/// 4 KB.
 mod block {
     pub(super) const SYSTEM: u32 = 0;
     pub(super) const RADIO: u32 = 1;

@@ -1,5 +1,4 @@
-//! RADIO (nRF51 Series Reference Manual v3.0, chapter 17): the states, the shortcuts between events
-//! and tasks, packets from and to memory.
+//! RADIO: the states, the shortcuts between events and tasks, packets from and to memory.
 //!
 //! A packet that is on the air is received where the radio has listened on its channel, at its rate
 //! and for its address, from before the first bit to the last; reception has no other error than

@@ -1,5 +1,4 @@
-//! CLOCK, POWER and MPU, which share one block (nRF51 Series Reference Manual v3.0, chapters 12, 13
-//! and 7), and the factory and user information (chapters 8 and 9).
+//! CLOCK, POWER and MPU, which share one block, and the factory and user information.
 
 use super::interrupts::Events;
 use crate::{Cycles, MICROSECOND, NEVER};

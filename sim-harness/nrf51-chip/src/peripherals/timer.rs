@@ -1,5 +1,5 @@
-//! A TIMER (nRF51 Series Reference Manual v3.0, chapter 18), in timer mode: 16 MHz divided by a power
-//! of two, four values to compare with, and shortcuts that clear or stop it.
+//! A TIMER in timer mode: 16 MHz divided by a power of two, four values to compare with, and shortcuts
+//! that clear or stop it.
 
 use super::interrupts::Events;
 use crate::{Cycles, NEVER};

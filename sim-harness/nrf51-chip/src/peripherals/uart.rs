@@ -1,5 +1,4 @@
-//! UART0 (nRF51 Series Reference Manual v3.0, chapter 28): a receiver with six bytes and RTS, a
-//! transmitter with one.
+//! UART0: a receiver with six bytes and RTS, a transmitter with one.
 
 use std::collections::VecDeque;
 
