@@ -49,8 +49,8 @@ impl<const N: usize> Member<N> {
         self.leg == Leg::First && self.beyond(here) > exit && self.ready(self.goals() + 2)
     }
 
-    /// Returns the task of a drone that is through the passage: the second area, where it is to be
-    /// surveyed.
+    /// Returns the task of a drone that is through the passage: to survey the second area, where that is
+    /// to be surveyed, or else to land.
     pub(crate) fn surveys_or_lands(&mut self) -> Task {
         let [_, second] = self.plan.surveys;
         if second.goals() == 0 {

@@ -116,9 +116,9 @@ fn vehicle(vehicle: &VehicleSpec) -> Keys {
         ("yaw_torque_nm", Value::Array(vehicle.yaw_torque.map(number).to_vec())),
     ];
     let usual = VehicleSpec::DEFAULT;
-    for (name, torque) in ["roll_torque_nm", "pitch_torque_nm"].into_iter().zip(vehicle.tilt_torque)
-    {
-        if torque != [0.0; 2] {
+    let tilts = vehicle.tilt_torque.into_iter().zip(usual.tilt_torque);
+    for (name, (torque, usual)) in ["roll_torque_nm", "pitch_torque_nm"].into_iter().zip(tilts) {
+        if torque != usual {
             keys.push((name, Value::Array(torque.map(number).to_vec())));
         }
     }

@@ -81,7 +81,7 @@ pub(crate) struct Chain {
     astray: AstrayWatch,
     /// How far in the head was when the pilot began to fly it back.
     backed_from: Option<Metres>,
-    /// The way at which this relay was last before a junction to which it had flown back.
+    /// The way to which this relay flew back last, to take another branch from there.
     came_back_to: Option<Metres>,
     /// How often the drone has flown back to a junction since it heard a drone in front.
     returns: u8,

@@ -16,8 +16,8 @@ const TELLS: i32 = 5;
 
 impl Trail {
     /// Finds the place of a drone on its way home that has looked round: it is at the crumb next to the drone.
-    /// Where none is within
-    /// [`KEPT_HOME`], or the path begins within 1 m of it, the path is forgotten and begins anew.
+    /// Where no crumb is within [`KEPT_HOME`] of the drone, or the path begins within 1 m of that crumb, the
+    /// path is forgotten and begins anew.
     pub(crate) fn rejoin(&mut self) {
         let from = self.near.saturating_sub(FARTHEST_HOMEWARD).max(self.first);
         let to = self.near.saturating_add(FARTHEST_AHEAD).min(self.last);

@@ -9,10 +9,10 @@ const CAPACITY: f64 = 0.25 * 3600.0;
 /// Open-circuit voltage at 0, 10, … 100 % of the charge: `bat671723HS25C` of `pm_stm32f4.c` in
 /// crazyflie-firmware, which is this battery's, and 4.2 V when full.
 const OPEN: [f32; 11] = [3.00, 3.78, 3.83, 3.87, 3.89, 3.92, 3.96, 4.00, 4.04, 4.10, 4.20];
-/// The current of board, radio and decks, A, and that of the motors per thrust, A/N. The same
-/// measurements, over eight thrusts.
+/// The current of board, radio and decks, A. The same measurements, over eight thrusts.
 const IDLE: f32 = 0.24;
-const CURRENT_PER_THRUST: f32 = 6.65;
+/// The current of the motors per thrust, A/N, by the same measurements.
+pub const CURRENT_PER_THRUST: f32 = 6.65;
 
 /// One battery.
 #[derive(Clone, Debug)]
@@ -25,10 +25,13 @@ pub struct Battery {
 }
 
 impl Battery {
+    /// The internal resistance of a battery of which a scenario says nothing, Ω.
+    pub const USUAL_OHM: f32 = VehicleSpec::BATTERY_OHM;
+
     /// A new battery with this part of its charge, 0 to 1.
     #[must_use]
     pub fn with_charge(charge: f32) -> Self {
-        Self::aged(charge, VehicleSpec::BATTERY_OHM)
+        Self::aged(charge, Self::USUAL_OHM)
     }
 
     /// A battery with this part of its charge, 0 to 1, and this internal resistance, Ω: it grows with

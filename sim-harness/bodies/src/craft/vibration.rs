@@ -86,13 +86,17 @@ impl Vibration {
 
     /// Adds another millisecond of the slow noise to a force. Without it no number is drawn.
     fn blow(&mut self, thrust: [f32; 4], force: &mut Vector, random: &mut Stream) {
+        if self.slow <= 0.0 {
+            return;
+        }
         let lift = 0.25 * self.per_hover * thrust.iter().sum::<f32>();
-        if self.slow <= 0.0 || lift <= 0.0 {
+        if lift <= 0.0 {
             return;
         }
         let kept = 1.0 - STEP / SLOW;
+        let fresh = (1.0 - kept * kept).sqrt();
         for (gust, force) in self.gusts.iter_mut().zip(force) {
-            *gust = kept * *gust + (1.0 - kept * kept).sqrt() * random.gauss();
+            *gust = kept * *gust + fresh * random.gauss();
             *force += self.slow * lift * *gust;
         }
     }

@@ -3,7 +3,7 @@
 use std::io;
 
 use flight::FlightConfig;
-use flight::replay::{BatteryFinding, End, Finding, Moment, Rates, Watch};
+use flight::replay::{BatteryFinding, End, Finding, Moment, Rates, Watch, wrench};
 use units::{Acceleration, AngularVelocity, Instant, Volts};
 
 use super::airborne::Airborne;
@@ -92,7 +92,7 @@ pub(super) fn run(config: &FlightConfig, signals: &Signals, flights: &[Airborne]
                 course.ends.push((time, phase, end));
             }
             course.note_rates(last_rates, finding.rate_source, phase);
-            let (thrust, torque) = moment.thrusts.map(|all| wrench(config, all)).unzip();
+            let (thrust, torque) = moment.thrusts.map(|all| wrench(&config.airframe, all)).unzip();
             let gyro_step = gyro.zip(last_gyro).map(|(now, last)| largest_step(now, last));
             let height = moment.height;
             course.steps.push(Step {
@@ -260,11 +260,6 @@ fn quoted(text: &str) -> String {
     } else {
         text.to_owned()
     }
-}
-
-/// The thrust in N and the torques in N m of these motors.
-fn wrench(config: &FlightConfig, thrusts: [f32; 4]) -> (f32, [f32; 3]) {
-    flight::replay::wrench(&config.airframe, thrusts)
 }
 
 fn largest_step(now: [f32; 3], last: [f32; 3]) -> f32 {

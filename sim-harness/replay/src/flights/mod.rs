@@ -41,7 +41,7 @@ pub use spread::Spread;
 pub use summary::{FlightSummary, OverAll};
 
 use course::Course;
-use signals::Signals;
+use signals::{Force, Signals};
 
 /// Replays every log. A log with nothing to replay is among [`refused`](FlightSummary::refused), and
 /// the others are replayed none the less.
@@ -91,6 +91,7 @@ fn replay_flight(config: &FlightConfig, file: &Path) -> Result<(LogReport, Cours
         gyro: signals.gyro.is_some().then(|| report::gyro(&course)),
         torque: report::torque(config, &course),
         battery: report::battery(&course),
+        has_accelerometer: matches!(signals.force, Some(Force::Sensor(_))),
         missing: signals.missing(),
         note: log.note,
     };

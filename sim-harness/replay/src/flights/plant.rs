@@ -1,8 +1,9 @@
 //! Fits the simulated craft to the flights of each drone, as keys of `[vehicle]` of a scenario.
 
+use std::collections::HashSet;
 use std::fmt::{self, Write};
 
-use bodies::craft::battery::Battery;
+use bodies::craft::battery::{Battery, CURRENT_PER_THRUST};
 use serde::Serialize;
 
 use super::course::{Course, Step};
@@ -10,10 +11,6 @@ use super::predicted::{Errors, Prediction, Shown, charge_at, errors, volts_error
 use super::report::LogReport;
 use super::sag::per_newton;
 
-/// Current of the simulated motors per thrust, A/N (`battery.rs` of the package `bodies`).
-const CURRENT_PER_THRUST: f32 = 6.65;
-/// The internal resistance of a scenario without the key, Ω.
-const USUAL_OHM: f32 = 0.18;
 /// The part of the standard deviation of the craft's lateral noise that the flight code's filters
 /// leave: measured on simulated flights, where it was 0.53 to 0.56.
 const PASSES: f32 = 0.55;
@@ -67,8 +64,7 @@ impl Flown<'_> {
     /// The standard deviation of the noise along one axis, m/s²; `None` without an accelerometer,
     /// since the estimator's acceleration is smoothed.
     fn noise(&self) -> Option<f32> {
-        let estimated = self.log.missing.iter().any(|what| what.contains("no accelerometer"));
-        if estimated || !self.weighs() {
+        if !self.log.has_accelerometer || !self.weighs() {
             return None;
         }
         let squares = self.steps.iter().map(|step| step.finding.lateral_impact.powi(2));
@@ -89,13 +85,8 @@ impl PlantFit {
             })
             .collect();
         let mut names: Vec<&str> = logs.iter().map(|log| log.drone.as_str()).collect();
-        let mut known = Vec::new();
-        names.retain(|name| {
-            !known.contains(name) && {
-                known.push(*name);
-                true
-            }
-        });
+        let mut known = HashSet::new();
+        names.retain(|name| known.insert(*name));
         let of = |name: &str| -> Vec<&Flown<'_>> {
             flown.iter().filter(|flown| flown.log.drone == name).collect()
         };
@@ -194,7 +185,7 @@ fn second_half(one: &Flown<'_>) -> Option<Prediction> {
     };
     let ohm = per_newton(first.iter().copied()).map(|sag| sag / CURRENT_PER_THRUST);
     let fitted = errors(&by, &truth, ohm.and_then(volts));
-    let usual = errors(&USUAL, &truth, volts(USUAL_OHM));
+    let usual = errors(&USUAL, &truth, volts(Battery::USUAL_OHM));
     Some(Prediction { file: one.log.file.clone(), seen: FIRST_HALF, fitted, usual })
 }
 
@@ -218,7 +209,7 @@ fn unseen(one: &Flown<'_>, all: &[&Flown<'_>]) -> Option<Prediction> {
     };
     let ohm = mean(others.iter().filter_map(|other| other.ohm()));
     let fitted = errors(&by, &one.shown, ohm.and_then(volts));
-    let usual = errors(&USUAL, &one.shown, volts(USUAL_OHM));
+    let usual = errors(&USUAL, &one.shown, volts(Battery::USUAL_OHM));
     Some(Prediction { file: one.log.file.clone(), seen: OTHERS, fitted, usual })
 }
 

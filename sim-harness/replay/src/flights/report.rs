@@ -35,6 +35,9 @@ pub struct LogReport {
     pub torque: Option<TorqueReport>,
     /// The battery; `None` without its voltage.
     pub battery: Option<BatteryReport>,
+    /// Whether the log has the accelerometer's readings, and not only the estimator's acceleration.
+    #[serde(skip)]
+    pub has_accelerometer: bool,
     /// What the log does not hold.
     pub missing: Vec<String>,
     /// What was wrong with the file.

@@ -85,7 +85,7 @@ pub(super) struct Standing<'a> {
     pub(super) is_astray: bool,
     /// Where the junction began at which the head is to take another branch than it did.
     pub(super) chosen_anew: Option<Metres>,
-    /// The way at which this relay was last before a junction to which it had flown back.
+    /// The way to which this relay flew back last, to take another branch from there.
     pub(super) came_back_to: Option<Metres>,
     /// Whether a drone that looks for a spot at which to land is there.
     pub(super) is_sited: bool,
