@@ -17,7 +17,7 @@ pub use duty::ExploreDuty;
 use core::f32::consts::FRAC_PI_4;
 
 use frontier::{
-    Activity, Atlas160, Beam, Config, Explorer, Ground, Inputs as Perceived, Motion, Rule,
+    Activity, Atlas160, Beam, Config, Explorer, Ground, Inputs as Perceived, Motion,
 };
 use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
@@ -94,13 +94,11 @@ impl Exploration {
     }
 }
 
-/// The robot that the drone is for `frontier`, under our rule without its looks from afar: a mission asks
-/// for what a drone's body can come to, and a search of them tests a line of sight in each cell, which
-/// was not timed on the chip.
+/// The robot that the drone is for `frontier`.
 const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
     Config {
         number: id.0,
-        rule: Rule { looks_from_afar: false, ..Rule::OURS },
+        rule: config.rule,
         limits: config.limits(),
         least_gain: LEAST_GAIN,
         compared_tiles: COMPARED_TILES,

@@ -2,26 +2,48 @@
 
 pub mod figures;
 pub mod measure;
+mod missions;
 pub mod scale;
 
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use explorers::{Air, PLANS, ROBOTS, Scale, Senses, Sensor, World};
 use input::InputError;
 
 use self::measure::{Comparison, LONGEST_S, LOSS, Named, Row};
 use super::{Benchmark, Outcome, Session};
+use scenario::Fidelity;
 use planning::explored::explored;
-use terminal::{NetworkArg, SensorArg, runs};
+use terminal::{FidelityArg, NetworkArg, SensorArg, counted, runs};
 
+/// The numbers of drones of a mission where none is named.
+const DRONES: [usize; 4] = [1, 2, 4, 6];
 /// The numbers of robots where none is named.
 const MOST_BY_DEFAULT: usize = 6;
+
+/// Which drones explore.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Model {
+    /// Missions of drones, each with the code that it has on board, four beams and a battery
+    Drones,
+    /// Robots as points, with the thesis' camera, speed and reach
+    Thesis,
+}
 
 /// The arguments of the benchmark.
 #[derive(Args)]
 pub(crate) struct ExploreBench {
+    /// Which drones explore; where left out, those of missions, with the code that they have on board
+    #[arg(long, value_enum, default_value_t = Model::Drones)]
+    model: Model,
+    /// Explore N floor plans that the seeds draw in place of the named ones
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    drawn: Option<usize>,
+    /// How closely the drones are simulated; where left out, as points
+    #[arg(long, value_enum)]
+    fidelity: Option<FidelityArg>,
     /// Number of explorations for each row
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 10)]
     runs: usize,
@@ -57,11 +79,36 @@ impl Benchmark for ExploreBench {
     const PAGE: &'static str = "explore.md";
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
-        if self.scale { time_rounds(session) } else { self.explore(session) }
+        match self.model {
+            _ if self.scale => time_rounds(session),
+            Model::Thesis => self.explore(session),
+            Model::Drones => missions::bench(&self.choice()?, session),
+        }
     }
 }
 
 impl ExploreBench {
+    /// The missions of drones.
+    fn choice(&self) -> Result<missions::Choice, InputError> {
+        let drones = match self.robots.as_slice() {
+            [] => DRONES.to_vec(),
+            _ => self.robots()?,
+        };
+        let rules = if self.ablation { self.rules()? } else { measure::rules(&self.named()) };
+        Ok(missions::Choice {
+            drawn: self.drawn.map(|count| counted("--drawn", count)).transpose()?,
+            rules,
+            drones,
+            fidelity: self.fidelity.map_or(Ok(Fidelity::Point), FidelityArg::of_the_host)?,
+            has_fixes: !self.drift,
+            runs: runs(self.runs)?,
+        })
+    }
+
+    fn named(&self) -> Vec<String> {
+        if self.rule.is_empty() { vec!["ours".to_owned()] } else { self.rule.clone() }
+    }
+
     fn explore(&self, session: &Session<'_>) -> Result<Outcome, InputError> {
         let (worlds, rules, robots) = (self.worlds()?, self.rules()?, self.robots()?);
         let count = runs(self.runs)?;

@@ -1,7 +1,8 @@
 //! The section `[explore]` of a scenario file: the area that drones explore together.
 
 use agent::ExploreConfig;
-use input::InputError;
+use frontier::{RULES, Rule, RuleEntry};
+use input::{InputError, suggest};
 use input::reader::{At, Pair, Reader};
 use serde::Deserialize;
 use units::{Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
@@ -16,6 +17,7 @@ pub(crate) struct ExploreTable {
     direction_deg: Option<At<f32>>,
     speed_mps: Option<At<f32>>,
     turn_dps: Option<At<f32>>,
+    rule: Option<At<String>>,
 }
 
 impl ExploreTable {
@@ -63,7 +65,19 @@ impl ExploreTable {
             } else {
                 usual.turn
             },
+            rule: self.rule(usual.rule, reader)?,
             ..usual
+        })
+    }
+
+    /// The rule, without the looks from afar that no drone has.
+    fn rule(&self, usual: Rule, reader: &Reader<'_>) -> Result<Rule, InputError> {
+        let Some(name) = &self.rule else { return Ok(usual) };
+        let found = RuleEntry::named(name.as_ref()).map(|entry| entry.rule);
+        found.map(|rule| Rule { looks_from_afar: false, ..rule }).ok_or_else(|| {
+            let names = RULES.map(|entry| entry.name);
+            let wrong = format!("there is no rule \"{}\"", name.as_ref());
+            reader.wrong(name, wrong, suggest::one_of(name.as_ref(), &names))
         })
     }
 }

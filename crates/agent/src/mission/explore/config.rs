@@ -1,6 +1,6 @@
 //! The area that drones explore together, and how they fly there.
 
-use frontier::{Gaze, Limits};
+use frontier::{Gaze, Limits, Rule};
 use grid_map::{Frame, FrameError};
 use units::{Duration, Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
 
@@ -12,6 +12,8 @@ pub struct ExploreConfig {
     pub corner: Point2,
     /// The area's extent to the east and to the north, at most [`MOST_EXTENT`](Self::MOST_EXTENT).
     pub area: (Metres, Metres),
+    /// The rule by which drones are assigned where to look next.
+    pub rule: Rule,
     /// Where drone 0 takes off. Without a positioning system a drone knows its place by this and by its
     /// own motion alone.
     pub start: Pose2,
@@ -44,6 +46,11 @@ impl ExploreConfig {
     /// The longest area for which there is memory: 160 cells.
     pub const MOST_EXTENT: Metres = Metres(16.0);
 
+    /// Our rule without its looks from afar: a mission asks for what a drone's body can come to, and a
+    /// search of places from which to look tests a line of sight in each cell, which was not timed on
+    /// the chip.
+    pub const RULE: Rule = Rule { looks_from_afar: false, ..Rule::OURS };
+
     /// The largest area, with drone 0 in its middle and the others in a row behind it, as they stand
     /// before the base. The rate of turn is the thesis' fastest: two looks of a beam, a fifth of a
     /// second apart, are then 0.12 m apart at the reach of 2 m, where a cell is 0.1 m wide. A position
@@ -56,6 +63,7 @@ impl ExploreConfig {
     pub const DEFAULT: Self = Self {
         corner: Point2::new(-8.0, -8.0),
         area: (Self::MOST_EXTENT, Self::MOST_EXTENT),
+        rule: Self::RULE,
         start: Pose2 { at: Point2::new(0.0, 0.0), yaw: Radians::ZERO },
         apart: Metres(0.35),
         speed: MetresPerSecond(0.2),
