@@ -14,6 +14,11 @@ use crate::tile::{Gain, SIDE, Tile};
 const KEPT_OFF: i16 = 2;
 /// A robot that stands nearer to an obstacle may leave through so many cells.
 const LEAVING: u16 = 4;
+/// By how much a step through a cell that is too near to an obstacle counts as longer, where a robot has to
+/// leave from there or has been there, and a step beside such cells. Our own numbers: a robot flies off its way
+/// by a cell, and takes another way where one keeps three cells off.
+const NEAR_FACTOR: u8 = 8;
+const BESIDE_NEAR_FACTOR: u8 = 3;
 /// By how much a step through the unknown counts as longer: it may turn out to be blocked. Our own
 /// number.
 const UNKNOWN_FACTOR: u8 = 2;
@@ -145,6 +150,15 @@ pub(crate) fn is_large<G: Ground>(ground: &G, frontier: Cell, least: u8) -> bool
     let cells = around.filter_map(|(east, north)| frame.beside(frontier, east, north));
     let frontiers = cells.filter(|&cell| ground.is_frontier(cell));
     frontiers.take(usize::from(least)).count() == usize::from(least)
+}
+
+/// Whether no obstacle lies within so many cells to each side of a cell.
+pub(crate) fn has_room<G: Ground>(ground: &G, cell: Cell, cells: u8) -> bool {
+    let frame = ground.frame();
+    let reach = i16::from(cells);
+    let around = (-reach..=reach).flat_map(|north| (-reach..=reach).map(move |east| (east, north)));
+    let mut cells = around.filter_map(|(east, north)| frame.beside(cell, east, north));
+    cells.all(|cell| ground.state(cell) != CellState::Occupied)
 }
 
 /// The tiles of a map that are frontiers, each with the largest gain of its cells, row by row.
@@ -329,20 +343,22 @@ impl<
         let is_avoided = |cell: Cell| {
             avoided.is_some_and(|disc| frame.centre(cell).distance(disc.middle).0 < disc.radius.0)
         };
-        let factor = |cell: Cell| {
-            let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
-            match map.state(cell) {
-                CellState::Occupied => None,
-                _ if is_avoided(cell) => None,
-                _ if near_wall.contains(frame.number(cell))
-                    && off > LEAVING
-                    && !trail.contains(frame.number(cell)) =>
-                {
-                    None
-                }
-                CellState::Unknown => Some(UNKNOWN_FACTOR),
-                CellState::Free => Some(1),
+        let is_near = |cell: Cell| near_wall.contains(frame.number(cell));
+        let leaves = is_near(start);
+        let kept_off = |cell: Cell| match is_near(cell) {
+            false if frame.sides(cell).any(is_near) => Some(BESIDE_NEAR_FACTOR),
+            false => Some(1),
+            true => {
+                let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
+                let may = leaves && off <= LEAVING || trail.contains(frame.number(cell));
+                may.then_some(NEAR_FACTOR)
             }
+        };
+        let factor = |cell: Cell| match map.state(cell) {
+            CellState::Occupied => None,
+            _ if is_avoided(cell) => None,
+            CellState::Unknown => kept_off(cell).map(|factor| factor * UNKNOWN_FACTOR),
+            CellState::Free => kept_off(cell),
         };
         // Where more cells wait than there is room for, what was visited before is right; a robot
         // finds the rest when it is nearer.

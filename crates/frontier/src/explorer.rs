@@ -44,6 +44,9 @@ pub struct Config {
     /// Frontiers with a smaller gain are none, in cells: where a wall lies between two cells, noise makes
     /// one of them unknown now and then.
     pub least_gain: u8,
+    /// Frontiers with an obstacle within so many cells are none, to each side: a robot's body does not fit
+    /// there, and an opening through which it fits has frontiers farther from its sides. 0 counts all.
+    pub frontier_room: u8,
     /// How many marks a step compares with the map, in whole rows of the area that has changed and one row
     /// at least; 0 for all. A drone's processor has not the time for all of them at once.
     pub compared_tiles: u16,
@@ -68,6 +71,7 @@ impl Config {
             rule,
             limits,
             least_gain: 0,
+            frontier_room: 0,
             compared_tiles: 0,
             search_cells: 0,
             forwards: true,

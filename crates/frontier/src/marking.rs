@@ -4,7 +4,7 @@ use grid_map::{Area, CellState};
 use heapless::Vec;
 use units::Instant;
 
-use crate::atlas::{Ground, is_large};
+use crate::atlas::{Ground, has_room, is_large};
 use crate::explorer::{Config, Explorer, MOST_TARGETS};
 use crate::list::filled;
 use crate::rule::{Distance, Overlap};
@@ -139,8 +139,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// The gains of those cells of a tile that are frontiers which count.
     fn gains(&self, tile: Tile) -> impl Iterator<Item = u8> {
-        let Config { least_gain, rule, .. } = self.config;
+        let Config { least_gain, frontier_room, rule, .. } = self.config;
         let cells = tile.cells(self.ground.frame()).filter(|&cell| self.ground.is_frontier(cell));
+        let cells = cells.filter(move |&cell| has_room(&self.ground, cell, frontier_room));
         let large = cells.filter(move |&cell| is_large(&self.ground, cell, rule.least_frontier));
         large.map(|cell| self.ground.gain(cell)).filter(move |gain| *gain >= least_gain)
     }

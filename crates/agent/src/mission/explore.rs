@@ -45,6 +45,9 @@ const MOST_PACKETS: usize = 24;
 /// A frontier has so many unknown cells around it, of 48. Our own number: a single cell that noise has
 /// made unknown is none, nor are three.
 const LEAST_GAIN: u8 = 6;
+/// Frontiers with an obstacle within so many cells do not count: an opening of 0.5 m, through which a drone
+/// with its clearance just fits, has one that is farther from its sides.
+const FRONTIER_ROOM: u8 = 2;
 /// A search of ways that visits more cells goes on in the next round.
 const SEARCH_CELLS: u16 = 8_000;
 /// So many marks are compared with the map in a round: eleven rows of the 54 by 54 tiles of the largest
@@ -101,6 +104,7 @@ const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
         rule: config.rule,
         limits: config.limits(),
         least_gain: LEAST_GAIN,
+        frontier_room: FRONTIER_ROOM,
         compared_tiles: COMPARED_TILES,
         search_cells: SEARCH_CELLS,
         forwards: true,
