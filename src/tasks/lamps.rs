@@ -117,7 +117,7 @@ fn of_state(state: State) -> Frame {
         },
         State::OnMission(Duty::Explore(duty)) => match duty {
             ExploreDuty::Exploring { .. } => GAP_1,
-            ExploreDuty::Waiting | ExploreDuty::Returning => GAP_2,
+            ExploreDuty::Waiting | ExploreDuty::Returning { .. } => GAP_2,
             ExploreDuty::Lost { .. } => GAP_3,
         },
         State::OnMission(Duty::Chain(duty)) => match duty {

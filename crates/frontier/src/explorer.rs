@@ -56,6 +56,8 @@ pub struct Config {
     /// Whether the robot sends others' packets on where a neighbour does not hear their maker (a mesh).
     /// Without that a robot's cluster are those that it hears itself.
     pub forwards: bool,
+    /// Whether a robot that is told to stop flies back to where it began first, and stops there.
+    pub returns: bool,
     /// Whether it is no robot but an access point: it stands, has no goal, and leads where it has the
     /// lowest number.
     pub stands: bool,
@@ -75,6 +77,7 @@ impl Config {
             compared_tiles: 0,
             search_cells: 0,
             forwards: true,
+            returns: false,
             stands: false,
         }
     }
@@ -180,6 +183,8 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     pub(crate) homeward: Homeward,
     /// Whether it is called back to where it began, and explores no more.
     pub(crate) is_recalled: bool,
+    /// Whether it was told to stop, and is on its way back or has stopped there.
+    has_seen_all: bool,
     pub(crate) sequence: u8,
     /// The packets that are still to be sent, the oldest first.
     pub(crate) outbox: Deque<Vec<u8, MOST_BYTES>, MOST_WAITING>,
@@ -222,6 +227,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             meeting: Meeting::new(),
             homeward: Homeward::new(),
             is_recalled: false,
+            has_seen_all: false,
             sequence: 0,
             outbox: Deque::new(),
             refreshed: None,
@@ -261,6 +267,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             search,
             view,
             is_recalled,
+            has_seen_all,
             sequence,
             outbox,
             refreshed,
@@ -288,7 +295,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         targets.clear();
         *search = Search::None;
         *view = View::Beside;
-        *is_recalled = false;
+        (*is_recalled, *has_seen_all) = (false, false);
         *sequence = 0;
         outbox.clear();
         *refreshed = None;
@@ -310,9 +317,13 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 
     /// Calls the robot back to where it began, where it stops, or lets it explore again before it has.
     pub fn recall(&mut self, now: Instant, is_recalled: bool) {
-        if self.is_recalled == is_recalled || self.state == State::Stopped {
+        if self.is_recalled == is_recalled || self.has_seen_all || self.state == State::Stopped {
             return;
         }
+        self.set_recalled(now, is_recalled);
+    }
+
+    fn set_recalled(&mut self, now: Instant, is_recalled: bool) {
         self.is_recalled = is_recalled;
         self.blockade = None;
         self.wait(now);
@@ -325,6 +336,11 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     /// Whether the robot is called back to where it began, and explores no more.
     pub const fn is_recalled(&self) -> bool {
         self.is_recalled
+    }
+
+    /// Whether the robot was told to stop since nothing is left to explore. It may be on its way back.
+    pub const fn has_seen_all(&self) -> bool {
+        self.has_seen_all
     }
 
     /// What the robot does.
@@ -433,7 +449,12 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     fn note_own(&mut self, now: Instant, position: Point2) {
-        self.team.note_own(now, position, self.activity(), self.last_goal);
+        self.team.note_own(now, position, self.told_activity(), self.last_goal);
+    }
+
+    /// What the robot tells others that it does: one that was told to stop takes no part any more.
+    pub(crate) const fn told_activity(&self) -> Activity {
+        if self.has_seen_all { Activity::Stopped } else { self.activity() }
     }
 
     #[inline(never)]
@@ -468,7 +489,13 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             (_, State::Stopped) => {}
             // On its way back it stops by itself.
             _ if self.is_recalled => {}
-            (Task::Stop, _) => self.state = State::Stopped,
+            (Task::Stop, _) => {
+                self.has_seen_all = true;
+                match self.config.returns {
+                    true => self.set_recalled(now, true),
+                    false => self.state = State::Stopped,
+                }
+            }
             // The same order again is a repetition.
             (Task::Go(tile), State::Going(goal)) if goal.tile == tile => {}
             (Task::Go(tile), _) => {

@@ -15,7 +15,7 @@ const CHANGES_A_STEP: usize = 2;
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// Tells what has changed, and how the robot is.
     pub(crate) fn tell(&mut self, now: Instant, position: Point2, members: RobotSet) {
-        let activity = self.activity();
+        let activity = self.told_activity();
         let is_new = self.told.is_none_or(|(_, told)| told != activity);
         if is_new || is_due(self.told.map(|(at, _)| at), now) {
             self.told = Some((now, activity));

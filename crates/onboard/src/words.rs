@@ -431,7 +431,7 @@ enums! {
         3 = Crossing,
         4 = Returning,
     }
-    ExploreDuty { 0 = Lost { since }, 1 = Waiting, 2 = Exploring { goal }, 3 = Returning }
+    ExploreDuty { 0 = Lost { since }, 1 = Waiting, 2 = Exploring { goal }, 3 = Returning { has_seen_all } }
     ChainDuty {
         0 = Leading { patient_until },
         1 = Relaying { patient_until },

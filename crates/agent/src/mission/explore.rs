@@ -17,7 +17,7 @@ pub use duty::ExploreDuty;
 use core::f32::consts::FRAC_PI_4;
 
 use frontier::{
-    Activity, Atlas160, Beam, Config, Explorer, Ground, Inputs as Perceived, Motion,
+    Atlas160, Beam, Config, Explorer, Ground, Inputs as Perceived, Motion,
 };
 use grid_map::{CellState, Frame, RayEnd};
 use heapless::Vec;
@@ -108,6 +108,7 @@ const fn config_of(id: NodeId, config: &ExploreConfig) -> Config {
         compared_tiles: COMPARED_TILES,
         search_cells: SEARCH_CELLS,
         forwards: true,
+        returns: true,
         stands: false,
     }
 }
@@ -147,7 +148,7 @@ impl Explore {
             flown: Metres::ZERO,
             velocity: [0.0; 2],
             yaw_rate: 0.0,
-            doing: Doing { activity: Activity::Waiting, goal: None, is_recalled: false },
+            doing: Doing::NONE,
             charge: Charge::new(),
             is_short: false,
             messages: Outbox::new(),
@@ -241,6 +242,7 @@ impl Explore {
             activity: explorer.activity(),
             goal: explorer.goal(),
             is_recalled: explorer.is_recalled(),
+            has_seen_all: explorer.has_seen_all(),
         };
         self.fly(explore, round, pose, (outputs.motion, &inputs.ranges), explorer);
     }

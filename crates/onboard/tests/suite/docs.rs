@@ -92,8 +92,8 @@ fn states() -> String {
             "is to relay from the ground: looks for a spot at which to land",
         ),
         (
-            State::OnMission(Duty::Explore(ExploreDuty::Returning)),
-            "an explorer: was called home, and flies to where it took off",
+            State::OnMission(Duty::Explore(ExploreDuty::Returning { has_seen_all: false })),
+            "an explorer: has seen all or was called home, and flies to where it took off",
         ),
         (on_duty(ChainDuty::Homing), "flies home: called, or left by the base's side"),
         (
@@ -129,7 +129,7 @@ fn states() -> String {
                 ExploreDuty::Lost { .. }
                 | ExploreDuty::Waiting
                 | ExploreDuty::Exploring { .. }
-                | ExploreDuty::Returning,
+                | ExploreDuty::Returning { .. },
             ))
             | State::Landing { .. }
             | State::Landed { .. }

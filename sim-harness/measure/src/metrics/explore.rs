@@ -1,6 +1,6 @@
 //! The metrics of drones that explore a place together.
 
-use agent::{Exploration, LandReason, State};
+use agent::{Duty, Exploration, ExploreDuty, LandReason, State};
 use grid_map::{Cell, CellState};
 use units::MissionKind;
 use world::World;
@@ -29,7 +29,7 @@ pub struct ExploreMetrics {
     pub t50_s: f32,
     /// When 99 % of them were known, s.
     pub t99_s: f32,
-    /// When the last drone had ended and began to land, s.
+    /// When the last drone explored no more: it flew home, or began to land, s.
     pub ended_s: f32,
     /// The least distance of two flying drones, five times a second, m.
     pub closest_drones_m: f32,
@@ -88,7 +88,11 @@ impl ExploreRecord {
         metrics.explored = explored;
         note(&mut metrics.t50_s, explored >= 0.5);
         note(&mut metrics.t99_s, explored >= DONE);
-        note(&mut metrics.ended_s, states.iter().all(has_ended));
+        let is_over = |state: &State| {
+            let returns = Duty::Explore(ExploreDuty::Returning { has_seen_all: true });
+            *state == State::OnMission(returns) || has_ended(state)
+        };
+        note(&mut metrics.ended_s, states.iter().all(is_over));
         metrics.unfinished = states.iter().filter(|state| !has_ended(state)).count() as u32;
         metrics.closest_drones_m = metrics.closest_drones_m.min(closest(mission, self.drones));
     }

@@ -79,9 +79,8 @@ impl Called {
         if is_ordered && end.state.is_airborne() {
             return Some(Failure::StillFlying(drone));
         }
-        let down = Down::of_end(end).filter(|why| match self {
-            Self::Home { .. } => true,
-            Self::EachByItself => end.turned_back.is_some() || *why == Down::Battery,
+        let down = Down::of_end(end).filter(|_| match self {
+            Self::Home { .. } | Self::EachByItself => true,
             Self::Not | Self::Down | Self::Stop => false,
         });
         if let (Some(why), Some(apart_m)) = (down, end.distance_from_home())
@@ -240,10 +239,11 @@ mod tests {
     }
 
     #[test]
-    fn an_explorer_that_turned_back_must_come_home_and_one_that_has_seen_all_need_not() {
+    fn an_explorer_must_come_home_whether_it_has_seen_all_or_has_turned_back() {
         let judged = |drone| name(Called::EachByItself.failure(&drone, HOME_M));
         let done = landed(8.0, LandReason::Done);
-        assert_eq!(judged(done), "");
+        assert_eq!(judged(done), "left-inside-home");
+        assert_eq!(judged(DroneEnd { at: Point2::new(1.2, 0.0), ..done }), "");
         let back = DroneEnd { turned_back: Some(TurnedBack::ForBattery), ..done };
         assert_eq!(
             judged(DroneEnd { state: landed(8.0, LandReason::Home).state, ..back }),

@@ -92,7 +92,7 @@ impl ExplorersWay {
     fn take(&mut self, scenario: &Scenario, now_s: f32, state: State) {
         let State::OnMission(Duty::Explore(duty)) = state else { return };
         let begun_s = *self.begun_s.get_or_insert(now_s);
-        if duty != ExploreDuty::Returning {
+        if duty != (ExploreDuty::Returning { has_seen_all: false }) {
             return;
         }
         let longest_s = scenario.agent.explore.longest_reckoning.as_secs_f32();

@@ -26,9 +26,12 @@ pub enum ExploreDuty {
         /// The middle of the tile to which it flies.
         goal: Point2,
     },
-    /// The drone flies back to where it took off, because it was ordered to, its battery has little more
-    /// than the way takes, or its place has become too uncertain, and lands there.
-    Returning,
+    /// The drone flies back to where it took off, and lands there.
+    Returning {
+        /// Whether nothing is left to explore. If not, the drone was ordered to fly back, its battery has
+        /// little more than the way takes, or its place has become too uncertain.
+        has_seen_all: bool,
+    },
 }
 
 /// What the exploration has a drone do.
@@ -39,6 +42,14 @@ pub(super) struct Doing {
     pub(super) goal: Option<Point2>,
     /// Whether the drone is on its way home.
     pub(super) is_recalled: bool,
+    /// Whether nothing is left to explore.
+    pub(super) has_seen_all: bool,
+}
+
+impl Doing {
+    /// What a drone does that has not begun.
+    pub(super) const NONE: Self =
+        Self { activity: Activity::Waiting, goal: None, is_recalled: false, has_seen_all: false };
 }
 
 impl ExploreDuty {
@@ -53,7 +64,7 @@ impl ExploreDuty {
             Self::Lost { .. } => "lost",
             Self::Waiting => "waiting",
             Self::Exploring { .. } => "exploring",
-            Self::Returning => "returning",
+            Self::Returning { .. } => "returning",
         }
     }
 
@@ -63,7 +74,7 @@ impl ExploreDuty {
             Self::Lost { .. } => 19,
             Self::Waiting => 20,
             Self::Exploring { .. } => 21,
-            Self::Returning => 23,
+            Self::Returning { .. } => 23,
         }
     }
 
@@ -83,18 +94,20 @@ impl ExploreDuty {
             (Some(Doing { activity: Activity::Stopped, .. }), _) if returns => {
                 Break(LandReason::Ordered)
             }
-            (Some(Doing { activity: Activity::Stopped, is_recalled: true, .. }), _) => {
-                Break(LandReason::Home)
+            (Some(Doing { activity: Activity::Stopped, has_seen_all: true, .. }), _) => {
+                Break(LandReason::Done)
             }
-            (Some(Doing { activity: Activity::Stopped, .. }), _) => Break(LandReason::Done),
-            (Some(Doing { is_recalled: true, .. }), _) => Continue(Self::Returning),
+            (Some(Doing { activity: Activity::Stopped, .. }), _) => Break(LandReason::Home),
+            (Some(Doing { is_recalled: true, has_seen_all, .. }), _) => {
+                Continue(Self::Returning { has_seen_all })
+            }
             (Some(Doing { goal: Some(goal), .. }), _) => Continue(Self::Exploring { goal }),
             (Some(Doing { goal: None, .. }), _) => Continue(Self::Waiting),
             (None, Self::Lost { since }) if round.now.since(since) > config.patience => {
                 Break(LandReason::PositionLost)
             }
             (None, Self::Lost { since }) => Continue(Self::Lost { since }),
-            (None, Self::Waiting | Self::Exploring { .. } | Self::Returning) => {
+            (None, Self::Waiting | Self::Exploring { .. } | Self::Returning { .. }) => {
                 Continue(Self::Lost { since: round.now })
             }
         }

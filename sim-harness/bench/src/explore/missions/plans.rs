@@ -177,7 +177,7 @@ impl Plan {
         }
         let _ = write!(
             text,
-            "[radio]\npacket_loss = 0.1\n\n[drones]\nrelays = {}\n\n\
+            "[radio]\npacket_loss = 0.1\n\n[radio.model]\nlaw = \"log-distance\"\n\n[drones]\nrelays = {}\n\n\
              [explore]\ncorner_m = [{:.1}, {:.1}]\narea_m = [{:.1}, {:.1}]\nstart_m = [{HEAD_M}, 0.0]\n\n\
              [[pilot]]\nat_s = 1.0\norder = \"explore\"\nspeed_mps = 0.2\n",
             drones - 1,
