@@ -201,14 +201,16 @@ pub struct Explorer<G, const ROBOTS: usize, const RECORDS: usize> {
     pub(crate) bid: Option<Instant>,
     /// The last status: when, and of which activity.
     pub(crate) told: Option<(Instant, Activity)>,
-    /// The version up to which changes were sent, and when the last were.
-    pub(crate) sent: (u16, Instant),
+    /// The version up to which changes were sent.
+    pub(crate) sent: u16,
+    /// The version that each robot of the cluster has of this one's marks, and since when that is so while later
+    /// ones were sent.
+    pub(crate) acknowledged: (u16, Instant),
 }
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// A robot that begins on that ground, which may hold what is known already.
     pub const fn new(config: Config, ground: G) -> Self {
-        let start = Instant::ZERO;
         Self {
             config,
             ground,
@@ -238,7 +240,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             left_out: None,
             bid: None,
             told: None,
-            sent: (0, start),
+            sent: 0,
+            acknowledged: (0, Instant::ZERO),
         }
     }
 
@@ -279,6 +282,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             bid,
             told,
             sent,
+            acknowledged,
         } = self;
         *its_config = config;
         team.begin(config.number, config.forwards);
@@ -306,7 +310,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         *left_out = None;
         *bid = None;
         *told = None;
-        *sent = (0, Instant::ZERO);
+        *sent = 0;
+        *acknowledged = (0, Instant::ZERO);
         Ok(())
     }
 

@@ -7,7 +7,8 @@ use crate::cluster::RobotSet;
 use crate::explorer::{Explorer, PACKETS_A_STEP, is_due};
 use crate::packet::{Body, Packet, Status};
 
-/// A packet that no robot acknowledges is sent again after so long: a status later, and half.
+/// Changes that a robot of the cluster lacks are sent again where it has got none for so long: a status later,
+/// and half.
 const RESEND: Duration = Duration::from_millis(1_500);
 /// The packets of changes of a step.
 const CHANGES_A_STEP: usize = 2;
@@ -29,18 +30,22 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     }
 
     fn tell_changes(&mut self, now: Instant, members: RobotSet) {
-        let (sent, at) = self.sent;
-        let had = self.team.least_acknowledged(members).unwrap_or(sent);
-        if had < sent && now.since(at) >= RESEND {
-            self.sent = (had, now);
+        let had = self.team.least_acknowledged(members).unwrap_or(self.sent);
+        let (acknowledged, since) = self.acknowledged;
+        let is_stuck = had < self.sent && had == acknowledged;
+        if !is_stuck {
+            self.acknowledged = (had, now);
+        } else if now.since(since) >= RESEND {
+            self.sent = had;
+            self.acknowledged = (had, now);
         }
         for _ in 0..CHANGES_A_STEP {
             // Changes wait until the packets before them are out.
             if self.outbox.len() >= PACKETS_A_STEP {
                 break;
             }
-            let Some(changes) = self.ledger.changes_after(self.sent.0) else { break };
-            self.sent = (changes.upto, now);
+            let Some(changes) = self.ledger.changes_after(self.sent) else { break };
+            self.sent = changes.upto;
             self.send(Body::Changes(changes));
         }
     }

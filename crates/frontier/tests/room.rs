@@ -22,6 +22,8 @@ struct Flight {
     /// The version of robot 0's marks that robot 1 has, and the marks.
     version: u16,
     marks: BTreeMap<(u16, u16), Mark>,
+    /// The packets of changes that robot 1 does not receive.
+    lost: u32,
 }
 
 impl Flight {
@@ -31,26 +33,29 @@ impl Flight {
         let rule = Rule { least_frontier: 1, ..Rule::OURS };
         let ground = Atlas160::new(frame).expect("there is room");
         let robot = Box::new(Explorer::new(Config::unbounded(0, rule, limits), ground));
-        Self { robot, now_ms: 0, sequence: 0, version: 0, marks: BTreeMap::new() }
+        Self { robot, now_ms: 0, sequence: 0, version: 0, marks: BTreeMap::new(), lost: 0 }
     }
 
     /// One second: the robot sees all around it, and hears these robots.
     fn second(&mut self, at: Point2, speakers: &[u8]) {
-        for part in 0..5 {
-            self.now_ms += 200;
-            let beam = |n: u16| {
-                let (sin, cos) = Radians(f32::from(n) * 0.02).sin_cos();
-                Beam { to: Point2::new(at.x + REACH * cos, at.y + REACH * sin), end: RayEnd::Clear }
-            };
-            let beams: Vec<Beam> = (0..315).map(beam).collect();
-            let speakers = speakers.iter().filter(|_| part == 0);
-            let statuses: Vec<Vec<u8>> = speakers.map(|&robot| self.status(robot)).collect();
-            let packets: Vec<&[u8]> = statuses.iter().map(Vec::as_slice).collect();
-            let pose = Pose2 { at, yaw: Radians(0.0) };
-            let inputs = Inputs { pose, beams: &beams, packets: &packets };
-            let outputs = self.robot.step(Instant::from_millis(self.now_ms), &inputs);
-            outputs.packets.iter().for_each(|packet| self.take(packet));
-        }
+        self.step(at, speakers);
+        (1..5).for_each(|_| self.step(at, &[]));
+    }
+
+    /// A fifth of a second of that.
+    fn step(&mut self, at: Point2, speakers: &[u8]) {
+        self.now_ms += 200;
+        let beam = |n: u16| {
+            let (sin, cos) = Radians(f32::from(n) * 0.02).sin_cos();
+            Beam { to: Point2::new(at.x + REACH * cos, at.y + REACH * sin), end: RayEnd::Clear }
+        };
+        let beams: Vec<Beam> = (0..315).map(beam).collect();
+        let statuses: Vec<Vec<u8>> = speakers.iter().map(|&robot| self.status(robot)).collect();
+        let packets: Vec<&[u8]> = statuses.iter().map(Vec::as_slice).collect();
+        let pose = Pose2 { at, yaw: Radians(0.0) };
+        let inputs = Inputs { pose, beams: &beams, packets: &packets };
+        let outputs = self.robot.step(Instant::from_millis(self.now_ms), &inputs);
+        outputs.packets.iter().for_each(|packet| self.take(packet));
     }
 
     /// Robot 0 stands there for half a minute; robot 1 must then have heard of each frontier of its map, and
@@ -82,9 +87,13 @@ impl Flight {
 
     /// Robot 1 takes the changes that follow on what it has.
     fn take(&mut self, packet: &[u8]) {
-        if let Ok(Packet { origin: 0, body: Body::Changes(changes), .. }) = Packet::decode(packet)
-            && (changes.base..changes.upto).contains(&self.version)
-        {
+        let Ok(Packet { origin: 0, body: Body::Changes(changes), .. }) = Packet::decode(packet)
+        else {
+            return;
+        };
+        if self.lost > 0 {
+            self.lost -= 1;
+        } else if (changes.base..changes.upto).contains(&self.version) {
             self.version = changes.upto;
             let marks = changes.marks.iter();
             self.marks.extend(marks.map(|(tile, mark)| ((tile.row(), tile.column()), *mark)));
@@ -143,4 +152,25 @@ fn the_way_back_is_that_on_the_map() {
     let here = Point2::new(0.5, 0.0);
     assert!(within(&mut flight, here, 1.0), "5.5 m were flown, and the start is half a metre away");
     assert!(!within(&mut flight, here, 0.3), "it is farther away than that");
+}
+
+/// A robot that flies has new marks in each second. A packet that was lost on the way is sent again all the same,
+/// and not only when the robot rests.
+#[test]
+fn a_lost_packet_is_sent_again_while_the_robot_flies_on() {
+    let frame = Frame::new(Point2::new(-8.0, -8.0), Metres(0.1), 160, 160).expect("a frame");
+    let mut flight = Flight::new(frame);
+    let fly = |flight: &mut Flight, from: u16, to: u16| {
+        for step in 5 * from..5 * to {
+            let speakers: &[u8] = if step.is_multiple_of(5) { &[1] } else { &[] };
+            flight.step(Point2::new(-6.0 + 0.06 * f32::from(step), 0.0), speakers);
+        }
+    };
+    fly(&mut flight, 0, 4);
+    flight.lost = 1;
+    let held = flight.version;
+    fly(&mut flight, 4, 12);
+    assert!(flight.version > held, "stuck at {held}");
+    fly(&mut flight, 12, 30);
+    flight.ends_with_what_is_left(Point2::new(3.0, 0.0));
 }
