@@ -35,6 +35,7 @@ mod rule;
 mod team;
 mod telling;
 mod tile;
+mod walls;
 
 pub use assignment::{Assignment, Distances, Place, assign, take};
 pub use atlas::{

@@ -8,7 +8,7 @@ use units::{Instant, Point2, Pose2};
 
 use crate::atlas::Ground;
 use crate::explorer::{Explorer, Search, State, is_due};
-use crate::flight::{Motion, Progress, fly};
+use crate::flight::{Motion, Progress, fly, fly_to};
 use crate::going::Standing;
 use crate::team::TRUST;
 use crate::tile::Tile;
@@ -16,6 +16,10 @@ use crate::tile::Tile;
 /// A recalled robot that comes no farther looks for its way back anew so many times. Our own number: it
 /// stands for 10 s each time at 0.3 rad/s, and a drone keeps charge for 20 s and half of its way.
 const MOST_TRIES: u8 = 3;
+
+/// A recalled robot stops this near to where it began, m: two of those that stand 0.35 m apart then do not stand in each
+/// other's place. Our own number.
+const AT_HOME: f32 = 0.04;
 
 /// Where a robot waits, and since when.
 #[derive(Clone, Copy, Debug)]
@@ -65,8 +69,8 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let limits = self.config.limits;
         let stands = self.meeting.standing.stands(now, pose.at, limits);
         match fly(&self.ground, pose, way, limits, self.config.rule.facing) {
-            Progress::Arrived => self.end_way_back(now),
-            Progress::Flying(_) | Progress::Blocked if stands => self.try_again(now),
+            Progress::Arrived => self.come_down(now, pose, stands),
+            Progress::Flying(_) | Progress::Blocked if stands => self.try_again(now, pose.at),
             Progress::Flying(motion) => motion,
             // What lies on the way was seen just now: there may be another one.
             Progress::Blocked => {
@@ -76,13 +80,25 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
     }
 
-    /// Looks for the way back anew, for a robot that is recalled and has come no farther; after some tries,
-    /// or where the robot only waits for others, its way ends here.
-    fn try_again(&mut self, now: Instant) -> Motion {
+    /// Flies the last stretch to the very point, where a robot is recalled to stop there.
+    fn come_down(&mut self, now: Instant, pose: Pose2, stands: bool) -> Motion {
+        match self.meeting.start {
+            Some(start) if self.is_recalled && !stands && pose.at.distance(start).0 > AT_HOME => {
+                fly_to(pose, start, self.config.limits)
+            }
+            _ => self.end_way_back(now),
+        }
+    }
+
+    /// Looks for the way back anew, for a robot that is recalled and has come no farther, about a robot that
+    /// is in its way; after some tries, or where the robot only waits for others, its way ends here.
+    fn try_again(&mut self, now: Instant, at: Point2) -> Motion {
         if !self.is_recalled || self.meeting.tries >= MOST_TRIES {
             return self.end_way_back(now);
         }
         self.meeting.tries += 1;
+        // Where there is no other way, the search finds none, and the robot waits here.
+        let _ = self.note_blockade(now, at);
         self.meeting.wait_again();
         self.meeting.look_again();
         Motion::default()
