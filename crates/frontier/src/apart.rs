@@ -48,7 +48,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         let frame = self.ground.frame();
         let is_free = |cell| self.ground.state(cell) == CellState::Free;
         let is_clear = |to: Point2| frame.line(pose.at, to).all(is_free);
-        let nearer = if self.avoided(now).is_some() { NEARER } else { 0.0 };
+        // Robots on their way back follow each other.
+        let passes = self.avoided(now).is_some() && !self.is_recalled;
+        let nearer = if passes { NEARER } else { 0.0 };
         let limits = ((distance.0 - nearer).max(0.0), self.config.limits.speed);
         kept_apart(self.config.number, pose.at, wanted, limits, self.others(now), is_clear)
     }

@@ -1,4 +1,4 @@
-//! Keeps a robot off the walls of its map.
+//! Keeps a robot off the walls of its map, and off what its map does not know.
 
 use grid_map::CellState;
 use units::Point2;
@@ -18,8 +18,8 @@ const AROUND: i16 = 4;
 
 impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, RECORDS> {
     /// The velocity, to the east and to the north in m/s, that a robot at this place flies in place of `wanted`: towards
-    /// each wall of its map no faster than its distance allows. Beams to four sides do not see a corner that lies
-    /// between them.
+    /// each cell that its map does not know to be free no faster than its distance allows. Beams to four sides do not
+    /// see a corner that lies between them.
     pub fn off_known_walls(&self, at: Point2, wanted: [f32; 2]) -> [f32; 2] {
         let frame = self.ground.frame();
         let Some(own) = frame.cell_at(at) else { return wanted };
@@ -28,7 +28,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
             for east in -AROUND..=AROUND {
                 let wall = frame
                     .beside(own, east, north)
-                    .filter(|&cell| self.ground.state(cell) == CellState::Occupied);
+                    .filter(|&cell| self.ground.state(cell) != CellState::Free);
                 if let Some(wall) = wall {
                     velocity = slowed(velocity, at, frame.centre(wall));
                 }
