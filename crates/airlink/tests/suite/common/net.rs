@@ -8,6 +8,7 @@ use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Seal};
 use units::{Dbm, Instant, Metres, Order, Role};
 use wire::p2p::{Epoch, Kind, Telemetry};
 use wire::radio::Datarate;
+use wire::radio::timing::{RAMP_UP_US, ROUND_NS, handed_soonest_us, received_us};
 
 use super::{Rng, report, telemetry};
 
@@ -105,6 +106,8 @@ pub struct Net<S> {
     pub received: Vec<Received>,
     /// Packets that were destroyed at a receiver by another packet, or by its own sending.
     pub collisions: u64,
+    /// Packets that were still on the air when their sender's radio chip had the next one to send.
+    pub cut: usize,
     /// The operator's order, given to the base in every round.
     pub stick: Option<Order>,
     /// Called on a link before a packet is given to it.
@@ -124,6 +127,7 @@ impl<S: Seal> Net<S> {
             sent: Vec::new(),
             received: Vec::new(),
             collisions: 0,
+            cut: 0,
             stick: None,
             probe: None,
             queue: BinaryHeap::new(),
@@ -292,7 +296,9 @@ impl<S: Seal> Net<S> {
             .unwrap()
             .air_time(length)
             .as_micros();
-        let start = self.now + 10 * (7 + length as u64) + 140;
+        let handed = self.now + handed_soonest_us(length) + self.rng.below(ROUND_NS / 1_000);
+        let start = handed + RAMP_UP_US;
+        self.cut += self.sent.iter().filter(|sent| sent.from == index && sent.end > handed).count();
         self.sent.push(Sent {
             from: index,
             start,
@@ -309,7 +315,7 @@ impl<S: Seal> Net<S> {
 
     fn end_on_air(&mut self, sent: usize) {
         let Sent { from, start, end, ref bytes } = self.sent[sent];
-        let serial = 10 * (8 + bytes.len() as u64);
+        let received = received_us(bytes.len());
         for to in 0..self.nodes.len() {
             if to == from || !self.nodes[to].on || !self.near(from, to) {
                 continue;
@@ -325,7 +331,8 @@ impl<S: Seal> Net<S> {
                 self.collisions += 1;
             } else if !self.rng.hits(self.setup.loss) {
                 let late = self.rng.below(self.setup.late + 1);
-                self.schedule(end + serial + late, Task::Deliver { sent, to });
+                let late = late + self.rng.below(ROUND_NS / 1_000);
+                self.schedule(end + received + late, Task::Deliver { sent, to });
             }
         }
     }
