@@ -60,7 +60,7 @@ impl Polling {
     /// the questions wander through the frames of a chain. With less jitter, or without the wandering,
     /// all frames would meet the questions at the same places, for ever.
     fn begin_us(&self, number: u64) -> u64 {
-        let mixed = number.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
+        let mixed = mixed(number);
         let jitter_us = (self.period_us * 6 / 10).min(2_000);
         number * self.true_period_us() + mixed % (jitter_us + 1)
     }
@@ -99,6 +99,16 @@ impl Polling {
     }
 }
 
+/// A number that has nothing to do with those of the questions before and after (the finaliser of
+/// SplitMix64; Steele, Lea, Flood 2014). With multiples of one number a step of 99 questions,
+/// which is about a frame, would always be the same step of the result.
+const fn mixed(number: u64) -> u64 {
+    let z = number.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    let z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ z >> 31
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,6 +128,20 @@ mod tests {
         let is_disturbed = |at_us| polling.disturbs(Datarate::Mbit2, at_us, at_us + 1);
         assert!(is_disturbed(asked_us) && is_disturbed(heard_us + ANSWERS_AFTER_US));
         assert!(!is_disturbed(heard_us) && !is_disturbed(heard_us + ANSWERS_AFTER_US - 1));
+    }
+
+    /// A packet that is sent again in each frame of 100 ms is soon sent while no question is on the air.
+    #[test]
+    fn a_packet_that_is_repeated_in_each_frame_gets_through() {
+        let polling = Polling::at(0, 1_000.0);
+        let meets = |at_us: u64| polling.disturbs(Datarate::Mbit2, at_us, at_us + 261);
+        let share = (0..2_000).filter(|n| meets(n * 997)).count();
+        assert!((800..1_100).contains(&share), "{share} of 2,000 are met");
+        let in_a_row =
+            |from_us: u64| (0..20).take_while(|frame| meets(from_us + frame * 100_000)).count();
+        let long = (0..20_000).filter(|n| in_a_row(10_000_000 + n * 1_331) >= 10).count();
+        // Were each met by chance, 0.5 to the tenth are 20 of 20,000.
+        assert!(long < 60, "{long} of 20,000 are met ten times in a row");
     }
 
     /// Seen from the frames of a chain, which last 100 ms, each millisecond of a frame is met as often
