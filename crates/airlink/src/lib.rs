@@ -31,9 +31,9 @@
 //!             └─ i0, i1, … i15: telemetry runs from the head to the base in one frame
 //!
 //! one slot at 2 Mbit/s, 3.125 ms:
-//!      │ jitter │ serial line │ air │                    │
-//!      │        │        │ serial line │ air │           │
-//!        ≤ 0.3      ≤ 0.67    ≤ 0.43            ≥ 0.8 left, 0.5 for a late start
+//!      │ jitter │ line and chip │ air │                 │
+//!      │        │         1.36        │ line and chip │ air │
+//!        ≤ 0.3       ≤ 1.02      ≤ 0.43    0.5 for a late start
 //! ```
 //!
 //! There is no common clock. Each packet tells when its sender's frame began, and each node aligns

@@ -232,7 +232,7 @@ pub(crate) const AGAINST_WAVE_DELAY: Duration = Duration::from_millis(2);
 const HEAD_SENDS_PER_RANK: u8 = 4;
 
 /// Longer than from the first to the last packet of a turn, shorter than from one turn to the next.
-const TURN_INTERVAL: Duration = Duration::from_micros(1_500);
+const TURN_INTERVAL: Duration = Duration::from_millis(2);
 
 /// A little less than from a turn to the same one of the next frame.
 const FRAME_INTERVAL: Duration = Duration::from_millis(95);

@@ -15,7 +15,9 @@ use core::fmt;
 use units::{Duration, Instant, NODES, NodeId};
 use wire::p2p::{Counter, HEADER, Header, REUSE, TAG, Wave};
 use wire::radio::Datarate;
-use wire::radio::timing::{air_us, flight_us, line_out_us, sending_us};
+use wire::radio::timing::{
+    RAMP_UP_US, REPORTS_US, air_us, apart_us, handed_soonest_us, sending_us, soonest_us,
+};
 use wire::syslink::MAX_P2P;
 
 /// Length of a frame, in which every node has two turns.
@@ -137,17 +139,39 @@ impl Schedule {
         self.slot_us as u64
     }
 
-    /// Time from one packet of a turn to the next. The radio chip has one buffer, which the next
-    /// packet overwrites once it is through the serial line (crazyflie2-nrf-firmware, `esb.c`), so
-    /// the time suffices for the shortest packet after the longest.
+    /// Time in µs from one packet of a turn to the next, so that no second packet cuts the first off,
+    /// be it the shortest after the longest.
+    const fn apart_us(&self) -> u64 {
+        apart_us(self.datarate, LONGEST, SHORTEST)
+    }
+
+    /// Time in µs that a turn has left for packets that are late, where its packets are
+    /// [`apart_us`](Self::apart_us) from each other: its last packet is off the air before the first
+    /// one of the next turn can be on it.
+    const fn spare_us(&self) -> u64 {
+        let last = (self.burst() as u64 - 1) * self.apart_us();
+        let next = handed_soonest_us(SHORTEST) + RAMP_UP_US;
+        self.slot_us() + next - JITTER_US - last - sending_us(self.datarate, LONGEST)
+    }
+
+    /// Time in µs by which packets are farther apart than they must be, as the turn has room for it.
+    /// Where the chip tells its processor the battery's voltage just before it comes to the first
+    /// packet, the second is not to cut that one off either.
+    const fn margin_us(&self) -> u64 {
+        let room = self.spare_us().saturating_sub(LATE_US);
+        if room < REPORTS_US { room } else { REPORTS_US }
+    }
+
+    /// Time from one packet of a turn to the next. The radio chip has one buffer, and begins to send
+    /// the next packet whatever it is sending (crazyflie2-nrf-firmware, `esb.c`).
     pub(crate) const fn spacing(&self) -> Duration {
-        Duration::from_micros(sending_us(self.datarate, LONGEST) - line_out_us(SHORTEST))
+        Duration::from_micros(self.apart_us() + self.margin_us())
     }
 
     /// How late a packet may begin so that its turn still has room for it.
     pub(crate) const fn lateness(&self) -> Duration {
-        let last = (self.burst() as u64 - 1) * self.spacing().as_micros();
-        let room = self.slot_us() - JITTER_US - last - sending_us(self.datarate, LONGEST);
+        let margins = (self.burst() as u64 - 1) * self.margin_us();
+        let room = self.spare_us() - margins;
         Duration::from_micros(if room < LATE_US { room } else { LATE_US })
     }
 
@@ -171,12 +195,12 @@ impl Schedule {
         )
     }
 
-    /// Time from the beginning of the sender's frame to the moment at which all `length` bytes of
-    /// its packet have come through the receiver's serial line.
+    /// Time from the beginning of the sender's frame to the earliest moment at which all `length`
+    /// bytes of its packet have come through the receiver's serial line.
     pub(crate) fn since_frame(&self, header: &Header, length: usize) -> Duration {
         let micros = self.offset_us(header.owner, header.wave)
             + self.wait(header.counter, header.place).as_micros()
-            + flight_us(self.datarate, length);
+            + soonest_us(self.datarate, length);
         Duration::from_micros(micros)
     }
 
@@ -288,6 +312,7 @@ mod tests {
     use std::vec::Vec;
 
     use wire::p2p::{Epoch, Kind};
+    use wire::radio::timing::handed_latest_us;
 
     use super::*;
 
@@ -328,10 +353,38 @@ mod tests {
             let header = Header { kind, from: sender, wave, place, owner, counter };
             let on_line = turn.start + sending.wait(counter, place);
             let length = 52;
-            let arrival = on_line + Duration::from_micros(flight_us(Datarate::Mbit1, length));
+            let arrival = on_line + Duration::from_micros(soonest_us(Datarate::Mbit1, length));
             let since = receiving.since_frame(&header, length);
             assert_eq!(FramePhase::before(arrival, since), phase);
         }
+    }
+
+    /// What the chip does with two packets of a turn, at each rate and in each phase of its main
+    /// loop: the second is given to the radio when the first is off the air.
+    #[test]
+    fn no_packet_of_a_turn_cuts_off_the_one_before_it() {
+        for datarate in [Datarate::Mbit1, Datarate::Mbit2] {
+            let spacing_us = Schedule::new(datarate, NodeId::HEAD).unwrap().spacing().as_micros();
+            for first in SHORTEST..=LONGEST {
+                let off_air_us = handed_latest_us(first) + RAMP_UP_US + air_us(datarate, first);
+                for second in SHORTEST..=LONGEST {
+                    let handed_us = spacing_us + handed_soonest_us(second);
+                    assert!(off_air_us <= handed_us, "{datarate:?}: {first} B, then {second} B");
+                    // At 2 Mbit/s the chip may tell its processor something as well.
+                    let reports_us = if datarate == Datarate::Mbit2 { REPORTS_US } else { 0 };
+                    assert!(off_air_us + reports_us <= handed_us, "{first} B, then {second} B");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn these_are_the_times_of_a_turn() {
+        let times = [Datarate::Kbit250, Datarate::Mbit1, Datarate::Mbit2].map(|datarate| {
+            let schedule = Schedule::new(datarate, NodeId::HEAD).unwrap();
+            [schedule.slot(), schedule.spacing(), schedule.lateness()].map(Duration::as_micros)
+        });
+        assert_eq!(times, [[6_250, 3_353, 500], [3_125, 1_379, 207], [3_125, 1_362, 500]]);
     }
 
     #[test]

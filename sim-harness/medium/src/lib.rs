@@ -72,7 +72,7 @@ pub struct Arrival<'a> {
 /// A packet that is not on the air yet.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Pending {
-    /// When its last byte has come to the radio chip, or its radio turns round to send it.
+    /// When the radio chip has read it, or its radio turns round to send it.
     at_us: u64,
     /// Of packets at the same moment the one that was handed in first goes first.
     number: u64,
@@ -433,11 +433,13 @@ impl Medium {
         strength: Dbm,
         ether: &mut impl Ether,
     ) -> Result<(), Loss> {
-        if !polling.overlaps(self.config.datarate, packet.start_us, packet.end_us) {
-            return Ok(());
-        }
+        let (datarate, from_us, until_us) = (self.config.datarate, packet.start_us, packet.end_us);
         if to == polling.station {
-            return Err(Loss::Deaf);
+            let is_deaf = polling.deafens(datarate, from_us, until_us);
+            return if is_deaf { Err(Loss::Deaf) } else { Ok(()) };
+        }
+        if !polling.disturbs(datarate, from_us, until_us) {
+            return Ok(());
         }
         let against = ether.strength(polling.station, to);
         if against.is_some_and(|against| strength - against < self.config.capture) {

@@ -7,7 +7,7 @@
 //! first one is lost with it.
 
 use units::{Db, Dbm};
-use wire::radio::timing::RAMP_UP_US;
+use wire::radio::timing::{LISTENS_AFTER_US, RAMP_UP_US};
 use wire::syslink::MAX_P2P;
 
 use super::{Ether, Loss};
@@ -74,7 +74,7 @@ impl Transmission {
     /// Whether the radio of the sender is deaf at any time between these two: while it turns round,
     /// sends, and turns round again.
     const fn deafens(&self, from_us: u64, until_us: u64) -> bool {
-        self.overlaps(from_us.saturating_sub(RAMP_UP_US), until_us + RAMP_UP_US)
+        self.overlaps(from_us.saturating_sub(LISTENS_AFTER_US), until_us + RAMP_UP_US)
     }
 }
 
@@ -196,7 +196,7 @@ impl OnAir {
     pub(super) fn forget(&mut self, now_us: u64) {
         let waiting = self.0.iter().filter(|on| on.waits);
         let first_us = waiting.map(|on| on.start_us).fold(now_us, u64::min);
-        let first_us = first_us.saturating_sub(RAMP_UP_US);
+        let first_us = first_us.saturating_sub(LISTENS_AFTER_US);
         self.0.retain(|on| on.waits || on.end_us > first_us);
     }
 }

@@ -193,7 +193,9 @@ impl OnLine {
         let length = bytes.len().min(MAX_P2P);
         let mut data = [0; MAX_P2P];
         data[..length].copy_from_slice(&bytes[..length]);
-        Self { at_us: on_air_until_us + timing::line_in_us(length), rssi, length, data }
+        // The chip's main loop passes it on in its next round, which is half a round away in the mean.
+        let at_us = on_air_until_us + timing::ROUND_NS / 2_000 + timing::received_us(length);
+        Self { at_us, rssi, length, data }
     }
 }
 

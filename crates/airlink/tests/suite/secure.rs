@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::collections::HashSet;
 
 use crate::common;
-use crate::common::net::{Net, Setup};
+use crate::common::net::{GHOSTS_STRENGTH, Net, Setup};
 use crate::common::{Rng, fleet, identity, sealed, seeded};
 use airlink::keys::{self, Keys, Own};
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Scope, Seal, Sealed};
@@ -187,6 +187,44 @@ fn a_recording_of_a_node_that_has_left_is_refused() {
     let leave = recorded.last().unwrap();
     for to in [0, 1, 3] {
         changes_nothing(&mut net, to, leave);
+    }
+}
+
+/// Where the end of a packet falls into 1.25 µs of its program, a radio chip sends, in place of a packet
+/// of its own, one that it has received a while ago from a third node. To its receivers this is an
+/// authentic packet of that node, from the wrong place and in another node's turn.
+#[test]
+fn a_packet_that_a_radio_chip_sends_once_more_is_no_news_and_brings_no_strength() {
+    for range in [1, 2, 5] {
+        let setup = Setup { range, loss: 0.2, late: 150, ..Setup::default() };
+        let mut net = Net::row(setup, 20 + range as u64, 6, sealed);
+        net.stick = Some(Order::explore(MetresPerSecond(0.2)));
+        net.run(5_000_000);
+        net.setup.ghosts = 0.3;
+        net.run(20_000_000);
+        let ghosts = net.sent.iter().filter(|sent| sent.is_ghost).count();
+        assert!(ghosts > 500, "{ghosts}");
+        let mut reports = HashSet::new();
+        for received in &net.received {
+            if let Event::Report { from, counter, rssi, .. } = received.event {
+                assert!(reports.insert((received.to, from, counter)), "one report came twice");
+                assert_ne!(rssi, Some(GHOSTS_STRENGTH), "the strength is another sender's");
+            }
+            // Of a node that it has never heard itself a receiver knows no other strength.
+            if let (Event::Beacon { rssi, .. }, 5) = (&received.event, range) {
+                assert_ne!(*rssi, GHOSTS_STRENGTH, "the strength is another sender's");
+            }
+        }
+        let refused: u32 = net.nodes.iter().map(|node| node.link.counters().refused.replayed).sum();
+        assert!(refused > 300, "{refused} of {ghosts} refused");
+        // The chain lives: each node follows the next one, and orders come to the head.
+        let follows = |node: &common::net::Node<Sealed>| node.link.status().follows;
+        assert!(net.nodes[..5].iter().all(|node| follows(node) > Some(node.identity.node)));
+        let orders = |received: &&common::net::Received| {
+            received.to == 0 && matches!(received.event, Event::Order { .. })
+        };
+        let orders = net.received.iter().filter(orders).count();
+        assert!(orders > 50, "{orders} orders");
     }
 }
 

@@ -174,6 +174,10 @@ fn cases() -> Vec<(String, Mishap)> {
         "radio chip: takes nothing any more",
         Mishap::Board(vec![Fault::FlowControlStuck], WATCHED_US),
     );
+    add(
+        "radio chip: sends others' old packets for 2 s",
+        Mishap::Board(vec![Fault::RadioGhost], LONG_US),
+    );
     let bytes = |byte, count| Fault::EepromBytes { at: 0x200, bytes: vec![byte; count] };
     add("EEPROM: overwritten in flight", Mishap::Board(vec![bytes(0x55, 0x200)], SHORT_US));
     add("EEPROM: other bytes in it at boot", Mishap::Before(vec![bytes(0xA5, 0x200)]));

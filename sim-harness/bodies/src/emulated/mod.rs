@@ -37,7 +37,7 @@ use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
 use virtual_crazyflie::profile::Report;
 use wire::crtp::Positions;
 use wire::p2p::{self, Counter};
-use wire::radio::timing::RAMP_UP_US;
+use wire::radio::timing::{self, RAMP_UP_US};
 
 use crate::craft::{Craft, Surroundings};
 use scenario::Scenario;
@@ -55,7 +55,17 @@ use watch::Watch;
 
 /// Nanoseconds in a microsecond.
 const US: u64 = 1_000;
-const _: () = assert!(virtual_crazyflie::board::nrf51::RAMP_UP == RAMP_UP_US * US);
+/// The model of the radio chip has the times with which the link reckons.
+const _: () = {
+    use virtual_crazyflie::board::nrf51;
+    assert!(nrf51::RAMP_UP == RAMP_UP_US * US);
+    assert!(nrf51::ANSWERS_AFTER == timing::ANSWERS_AFTER_US * US);
+    assert!(nrf51::LISTENS_AFTER == timing::LISTENS_AFTER_US * US);
+    assert!(nrf51::ROUND == timing::ROUND_NS && nrf51::INTERRUPT == timing::INTERRUPT_NS);
+    assert!(nrf51::PARSING == timing::PARSING_NS && nrf51::HANDLING == timing::HANDLING_NS);
+    assert!(nrf51::COPYING == timing::COPYING_NS && nrf51::PASSING_ON == timing::PASSING_ON_NS);
+    assert!(nrf51::BYTE == timing::LINE_IN_NS_PER_BYTE);
+};
 /// Drones are switched on at different times, up to so many µs apart.
 const SWITCHED_ON_WITHIN_US: f32 = 200_000.0;
 

@@ -78,6 +78,10 @@ pub enum Fault {
     RadioRetuned(u8),
     /// The radio chip is reset, at the beginning of the time given.
     RadioReset,
+    /// The radio chip sends, in place of each packet of its own, the one that it received seven packets
+    /// before the last, as it does where the end of a packet falls into a window of 1.25 µs. Before
+    /// it has received eight, and where that one was not of a drone, it sends none.
+    RadioGhost,
     /// The EEPROM holds other bytes from an address on, from the beginning of the time given.
     EepromBytes {
         /// The first address.
@@ -154,6 +158,7 @@ impl Crazyflie {
             Fault::RadioBusy { every, busy } => self.radio.keep_busy(self.now, every, busy),
             Fault::RadioRetuned(channel) => self.radio.retune(channel),
             Fault::RadioReset => self.radio.reset(self.now),
+            Fault::RadioGhost => self.radio.ghosts = true,
             Fault::EepromBytes { at, bytes } => fill(self.eeprom.at(self.now), at, &bytes),
         }
     }
@@ -178,6 +183,7 @@ impl Crazyflie {
             Fault::Noise { .. } => self.radio.disturb(Shares::default(), 0),
             Fault::FlowControlStuck => self.radio.stuck_full = false,
             Fault::RadioBusy { .. } => self.radio.keep_busy(self.now, 1, 0),
+            Fault::RadioGhost => self.radio.ghosts = false,
             Fault::RadioRetuned(_) | Fault::RadioReset | Fault::EepromBytes { .. } => {}
         }
     }

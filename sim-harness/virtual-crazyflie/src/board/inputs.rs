@@ -120,7 +120,7 @@ impl Crazyflie {
 
     /// The battery, as the radio chip measures it.
     pub fn set_battery(&mut self, voltage: Volts, charging: bool, usb: bool) {
-        self.radio.set_battery(voltage.0, charging, usb);
+        self.radio.set_battery(self.now, voltage.0, charging, usb);
     }
 
     /// The power button is pressed for a moment.

@@ -2,12 +2,13 @@
 //! each other where they overlap, and get lost.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, VecDeque};
 
 use airlink::{Airlink, Event, Identity, LinkConfig, Schedule, Seal};
 use units::{Dbm, Instant, Metres, Order, Role};
 use wire::p2p::{Epoch, Kind, Telemetry};
 use wire::radio::Datarate;
+use wire::radio::timing::{RAMP_UP_US, ROUND_NS, handed_soonest_us, received_us};
 
 use super::{Rng, report, telemetry};
 
@@ -26,6 +27,9 @@ pub struct Setup {
     /// The longest delay of a task in µs, once before the serial line to the radio and once after
     /// the serial line from it.
     pub late: u64,
+    /// The probability that a radio chip sends, in place of a packet of its own, the one that it
+    /// received seven packets before the last.
+    pub ghosts: f64,
 }
 
 impl Default for Setup {
@@ -36,6 +40,7 @@ impl Default for Setup {
             range: 1,
             loss: 0.0,
             late: 0,
+            ghosts: 0.0,
         }
     }
 }
@@ -52,6 +57,8 @@ pub struct Node<S> {
     offset: u64,
     /// How much faster than true time its clock runs.
     ppm: i64,
+    /// The packets in the slots of its radio chip, the oldest first.
+    slots: VecDeque<Vec<u8>>,
     /// The number of its last [`Task::Due`]; earlier ones are void.
     agenda: u64,
 }
@@ -75,7 +82,16 @@ pub struct Sent {
     pub start: u64,
     pub end: u64,
     pub bytes: Vec<u8>,
+    /// Whether these are the bytes of another node's packet, sent once more.
+    pub is_ghost: bool,
 }
+
+/// The strength at which packets are received, and that of packets that another node sends once more.
+const STRENGTH: Dbm = Dbm(-60.0);
+pub const GHOSTS_STRENGTH: Dbm = Dbm(-40.0);
+
+/// Slots of a radio chip for received packets (crazyflie2-nrf-firmware, `esb.c`: `RXQ_LEN`).
+const SLOTS: usize = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Task {
@@ -105,6 +121,8 @@ pub struct Net<S> {
     pub received: Vec<Received>,
     /// Packets that were destroyed at a receiver by another packet, or by its own sending.
     pub collisions: u64,
+    /// Packets that were still on the air when their sender's radio chip had the next one to send.
+    pub cut: usize,
     /// The operator's order, given to the base in every round.
     pub stick: Option<Order>,
     /// Called on a link before a packet is given to it.
@@ -124,6 +142,7 @@ impl<S: Seal> Net<S> {
             sent: Vec::new(),
             received: Vec::new(),
             collisions: 0,
+            cut: 0,
             stick: None,
             probe: None,
             queue: BinaryHeap::new(),
@@ -159,7 +178,9 @@ impl<S: Seal> Net<S> {
             schedule,
             Instant::from_micros(local as u64),
         );
-        let node = Node { link, identity, epoch, position, on: true, offset, ppm, agenda: 0 };
+        let slots = VecDeque::new();
+        let node =
+            Node { link, identity, epoch, position, on: true, offset, ppm, slots, agenda: 0 };
         self.nodes.push(node);
         let first = self.rng.below(ROUND);
         self.schedule(self.now + first, Task::Round { node: index });
@@ -256,7 +277,9 @@ impl<S: Seal> Net<S> {
                 if let Some(probe) = self.probe {
                     probe(&mut self.nodes[to].link, at, &bytes);
                 }
-                if let Some(event) = self.nodes[to].link.receive(at, Dbm(-60.0), &bytes) {
+                let is_ghost = self.sent[sent].is_ghost;
+                let strength = if is_ghost { GHOSTS_STRENGTH } else { STRENGTH };
+                if let Some(event) = self.nodes[to].link.receive(at, strength, &bytes) {
                     self.received.push(Received { at: self.now, to, event });
                 }
                 self.arm(to);
@@ -292,13 +315,15 @@ impl<S: Seal> Net<S> {
             .unwrap()
             .air_time(length)
             .as_micros();
-        let start = self.now + 10 * (7 + length as u64) + 140;
-        self.sent.push(Sent {
-            from: index,
-            start,
-            end: start + air,
-            bytes: out[..length].to_vec(),
-        });
+        let handed = self.now + handed_soonest_us(length) + self.rng.below(ROUND_NS / 1_000);
+        let start = handed + RAMP_UP_US;
+        let ghost = self.nodes[index].slots.front().cloned();
+        let ghost = ghost.filter(|_| self.nodes[index].slots.len() == SLOTS);
+        let ghost = ghost.filter(|_| self.setup.ghosts > 0.0 && self.rng.hits(self.setup.ghosts));
+        self.cut += self.sent.iter().filter(|sent| sent.from == index && sent.end > handed).count();
+        let is_ghost = ghost.is_some();
+        let bytes = ghost.unwrap_or_else(|| out[..length].to_vec());
+        self.sent.push(Sent { from: index, start, end: start + air, bytes, is_ghost });
         self.schedule(start + air, Task::EndOnAir { sent: self.sent.len() - 1 });
     }
 
@@ -308,8 +333,8 @@ impl<S: Seal> Net<S> {
     }
 
     fn end_on_air(&mut self, sent: usize) {
-        let Sent { from, start, end, ref bytes } = self.sent[sent];
-        let serial = 10 * (8 + bytes.len() as u64);
+        let Sent { from, start, end, ref bytes, .. } = self.sent[sent];
+        let (received, bytes) = (received_us(bytes.len()), bytes.clone());
         for to in 0..self.nodes.len() {
             if to == from || !self.nodes[to].on || !self.near(from, to) {
                 continue;
@@ -325,7 +350,13 @@ impl<S: Seal> Net<S> {
                 self.collisions += 1;
             } else if !self.rng.hits(self.setup.loss) {
                 let late = self.rng.below(self.setup.late + 1);
-                self.schedule(end + serial + late, Task::Deliver { sent, to });
+                let late = late + self.rng.below(ROUND_NS / 1_000);
+                let slots = &mut self.nodes[to].slots;
+                slots.push_back(bytes.clone());
+                if slots.len() > SLOTS {
+                    slots.pop_front();
+                }
+                self.schedule(end + received + late, Task::Deliver { sent, to });
             }
         }
     }

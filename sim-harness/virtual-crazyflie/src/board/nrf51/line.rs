@@ -9,7 +9,10 @@ use crate::soc::{Nanos, UartByte};
 /// A bit at 1 Mbaud.
 const BIT: u32 = 1_000;
 /// Start, eight bits, stop.
-const BYTE: Nanos = 10 * BIT as Nanos;
+const BITS: Nanos = 10 * BIT as Nanos;
+/// From one byte that the chip sends to the next: it waits for the end of one, and fetches the next
+/// only then.
+pub const BYTE: Nanos = 12_700;
 /// A receiver follows a sender whose bits are longer or shorter by so many ns: half a bit in ten.
 const TOLERANCE: u32 = BIT / 20;
 
@@ -96,8 +99,7 @@ impl Line {
         self.read_fifo(now);
     }
 
-    /// The interrupt reads the peripheral, unless the chip is busy. It takes less than the 10 µs of
-    /// a byte, and no time here.
+    /// The interrupt reads the peripheral, unless the chip is busy.
     pub(super) fn read_fifo(&mut self, now: Nanos) {
         if self.is_busy(now) {
             return;
@@ -139,7 +141,7 @@ impl Line {
         self.fifo.len() + HEADROOM >= FIFO
     }
 
-    /// Sends from a moment on, without a gap. Returns when the last stop bit is over.
+    /// Sends from a moment on. Returns when the last stop bit is over.
     pub(super) fn send(&mut self, from: Nanos, bytes: &[u8]) -> Nanos {
         let moments = (from..).step_by(BYTE as usize);
         let bytes_out = bytes.iter().zip(moments).map(|(byte, at)| UartByte {
@@ -150,7 +152,7 @@ impl Line {
             broken: false,
         });
         self.out.extend(bytes_out);
-        from + bytes.len() as Nanos * BYTE
+        from + (bytes.len() as Nanos).saturating_sub(1) * BYTE + BITS
     }
 
     /// When the next byte begins.

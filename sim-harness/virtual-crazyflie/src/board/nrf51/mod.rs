@@ -3,61 +3,77 @@
 //! | module | what it holds |
 //! |---|---|
 //! | `frame` | the serial line's frames |
+//! | `air` | packets from the air, on their way to the flight processor |
 //! | `line` | its bytes and their times |
 //! | `orders` | commands from the flight processor and from the air |
 //! | `radio` | the radio's queues, acknowledgements and settings |
 //! | `power` | the button, and power that goes |
+//! | `start` | when its parts begin to work |
+//! | `counters` | what it has counted |
+//! | `battery` | the battery's voltage, as it is measured |
+//! | `main_loop` | the steps of a round, and their times |
 //!
 //! This module is the chip's main loop (crazyflie2-nrf-firmware, `main.c`): in each round it passes
 //! on one packet from the air, handles one frame from the line, reports the battery and the signal
-//! when 10 ms have passed, and looks at the button. It waits for every byte that it sends, 10 µs
-//! each. So a frame that comes in meanwhile is handled when the sending is over, up to 0.7 ms later:
-//! that is the chip's latency. What its 16 MHz core takes for a round, a few µs, is left out.
+//! when 10 ms have passed, and looks at the button. It waits for every byte that it sends. So a frame
+//! that comes in meanwhile is handled when the sending is over, up to 0.9 ms later: that is the chip's
+//! latency.
 //!
 //! Bytes from the flight processor go into the six of the peripheral and, by an interrupt, into the
 //! 127 of the program (`uart.c`). The "wait" pin is the peripheral's RTS: it tells of the six only,
 //! in the middle of a frame as well, and what the program has no room for is lost without a sign.
-//! Interrupts are served at once, except while [`Fault::RadioBusy`](super::Fault::RadioBusy) says
-//! that the core has something else to do.
+//! Interrupts are served at once, and take time of the main loop, except while
+//! [`Fault::RadioBusy`](super::Fault::RadioBusy) says that the core has something else to do.
 
+mod air;
+mod battery;
+mod counters;
 mod frame;
 mod line;
+mod main_loop;
 mod orders;
 mod power;
 mod radio;
+mod start;
 
 use std::collections::VecDeque;
 
+pub use counters::Counters;
+pub use main_loop::{COPYING, HANDLING, INTERRUPT, PARSING, PASSING_ON, ROUND};
 pub use power::{OffCause, Power};
 pub use radio::{Answer, Datarate, Tuning};
 
 use super::deck_memory::DeckMemory;
 use super::noise::{Noise, Shares};
 use crate::soc::{Level, Nanos, UartByte};
-use frame::{Found, MTU, Parser, frame, kind};
+use battery::Battery;
+use frame::{Found, Parser, frame, kind};
+pub use line::BYTE;
 use line::{Busy, Line};
+use main_loop::{MainLoop, Step};
 use power::{Shutdown, TICK, tick};
-use radio::{Landed, Packet, Radio};
+use radio::{Packet, Radio};
+use start::Start;
 
 /// Between two reports of the battery, and of the signal (`SYSLINK_SEND_PERIOD_MS`).
 const REPORT: Nanos = 10 * TICK;
-/// From a reset to the main loop with its line open: 100 ms of "short boot delay" (`main.c`) and
-/// five steps of power, the longest 350 ms (`pm.c`).
-const BOOT: Nanos = 460 * TICK;
 /// The most data of a packet between drones (crazyflie-firmware, `radiolink.h`).
 const MAX_P2P: usize = 60;
-/// The charger's current in the units of `pmGetISET`, which are amperes whatever its document says.
-const CHARGE_AMPERES: f32 = 0.5;
-
 /// From the moment at which the loop hands a packet to the radio to the first bit on the air
 /// (zephyr, `radio_nrf51.h`: `HAL_RADIO_NRF51_TXEN_TXIDLE_TX_US`).
 pub const RAMP_UP: Nanos = 140_000;
+/// From the end of a packet that is acknowledged to the acknowledgement's first bit: the interrupt, and
+/// the ramp-up.
+pub const ANSWERS_AFTER: Nanos = 18_000 + RAMP_UP;
+/// From the end of an acknowledgement, or of a packet for all drones, until the radio receives again:
+/// the interrupt, and the ramp-up of the receiver (the same file, `..._RXEN_RXIDLE_RX_US`).
+pub const LISTENS_AFTER: Nanos = 6_000 + 138_000;
 
 /// A packet for all drones, handed to the radio. It is on the air [`RAMP_UP`] later, for as long as
 /// its length and the data rate make it; while that lasts this drone hears nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sent {
-    /// When: its frame's last byte has come in, or the chip has finished what it was sending then.
+    /// When: the main loop has read its frame.
     pub at: Nanos,
     /// The P2P port.
     pub port: u8,
@@ -67,62 +83,14 @@ pub struct Sent {
     pub tuning: Tuning,
 }
 
-/// Counts since the chip was last reset.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Good frames from the flight processor.
-    pub good: u32,
-    /// Frames whose first sum was wrong,
-    pub bad_first_sums: u32,
-    /// or their second.
-    pub bad_second_sums: u32,
-    /// Frames that said they were longer than any is.
-    pub too_long: u32,
-    /// Bytes for which there was no room.
-    pub dropped_bytes: u32,
-    /// Bytes that were none: sent at another speed, or without a stop bit.
-    pub broken_bytes: u32,
-    /// Frames of a type or with data that this model does not know what to do with. The chip may
-    /// do something with some of them.
-    pub not_understood: u32,
-    /// The type of the latest of these.
-    pub last_not_understood: Option<u8>,
-    /// Packets that came off the air while the radio did not listen.
-    pub deaf: u32,
-    /// Packets that came off the air while the queue was full.
-    pub overruns: u32,
-    /// Packets to the ground for which there was no room.
-    pub refused: u32,
-    /// Commands from the air, to the radio or to the chip's loader, that this model does not know.
-    pub commands: u32,
-}
-
-/// The battery as the chip measures it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Battery {
-    volts: f32,
-    charging: bool,
-    usb: bool,
-}
-
-/// The steps of a round of the main loop, in its order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
-    Air,
-    Line,
-    Battery,
-    Signal,
-    Power,
-}
-
-impl Step {
-    const ROUND: [Self; 5] = [Self::Air, Self::Line, Self::Battery, Self::Signal, Self::Power];
-}
-
 /// The state that a reset clears.
 #[derive(Debug)]
 struct State {
+    start: Start,
+    main_loop: MainLoop,
     parser: Parser,
+    /// The frame that is to be obeyed.
+    frame: Option<(u8, Vec<u8>)>,
     radio: Radio,
     /// A good frame has come in: it may send.
     talks: bool,
@@ -137,34 +105,31 @@ struct State {
     /// How often the flight processor has set the channel, the data rate and the address.
     configured: [u8; 3],
     counters: Counters,
-    /// The chip sends, or boots, until then.
-    busy_until: Nanos,
-    /// The position of the next round.
-    next_step: usize,
 }
 
 impl State {
-    fn new(since: Nanos) -> Self {
+    fn new(start: Start) -> Self {
         Self {
+            start,
+            main_loop: MainLoop::new(start.opens),
             parser: Parser::new(),
-            radio: Radio::new(since),
+            frame: None,
+            radio: Radio::new(start.listens),
             talks: false,
             reports: false,
-            battery_due: 0,
-            signal_due: 0,
+            battery_due: start.reports,
+            signal_due: start.reports,
             rssi: 0,
             bluetooth: true,
             shutdown: Shutdown::Idle,
             configured: [0; 3],
             counters: Counters::default(),
-            busy_until: since,
-            next_step: 0,
         }
     }
 
-    /// When the chip is up, or was.
+    /// When the chip's line is open, or was opened.
     const fn up_since(&self) -> Nanos {
-        self.radio.since()
+        self.start.opens
     }
 }
 
@@ -177,6 +142,8 @@ pub struct Nrf51 {
     line: Line,
     state: State,
     power: Power,
+    /// The flight processor alone was switched off: the chip goes on.
+    goes_on: bool,
     battery: Battery,
     led: bool,
     /// Packets on the air, by the moment at which they end.
@@ -186,6 +153,8 @@ pub struct Nrf51 {
     due: Nanos,
     /// The chip signals a full buffer, though it may have room.
     pub(super) stuck_full: bool,
+    /// The chip sends an old packet in place of each of its own.
+    pub(super) ghosts: bool,
 }
 
 impl Nrf51 {
@@ -195,15 +164,17 @@ impl Nrf51 {
             version: version.to_owned(),
             memories,
             line: Line::new(),
-            state: State::new(0),
+            state: State::new(Start::WITH_PROCESSOR),
             power: Power::On,
-            battery: Battery { volts: 4.0, charging: false, usb: false },
+            goes_on: false,
+            battery: Battery::new(),
             led: true,
             flying: VecDeque::new(),
             sent: Vec::new(),
             clock: 0,
             due: Nanos::MAX,
             stuck_full: false,
+            ghosts: false,
         };
         chip.plan();
         chip
@@ -227,7 +198,7 @@ impl Nrf51 {
     /// Whether its radio hears anything.
     #[must_use]
     pub fn listens(&self) -> bool {
-        self.power == Power::On && self.state.radio.listens(self.clock)
+        self.runs() && self.state.radio.listens(self.clock)
     }
 
     /// Whether it is still in Bluetooth mode, in which it hears other drones only now and then, and
@@ -242,6 +213,11 @@ impl Nrf51 {
     #[must_use]
     pub const fn power(&self) -> Power {
         self.power
+    }
+
+    /// Whether the chip itself runs.
+    fn runs(&self) -> bool {
+        self.power == Power::On || self.goes_on
     }
 
     /// When it next does something by itself.
@@ -266,11 +242,12 @@ impl Nrf51 {
         }
     }
 
-    pub(super) fn set_battery(&mut self, volts: f32, charging: bool, usb: bool) {
-        self.battery = Battery { volts, charging, usb };
+    pub(super) fn set_battery(&mut self, now: Nanos, volts: f32, charging: bool, usb: bool) {
+        self.battery.set(now, volts, charging, usb);
     }
 
     pub(super) fn press(&mut self, now: Nanos) {
+        self.state.main_loop.idle_until(now);
         if self.state.shutdown == Shutdown::Idle {
             self.state.shutdown = Shutdown::Pressed;
         }
@@ -285,7 +262,7 @@ impl Nrf51 {
     pub(super) fn reset(&mut self, now: Nanos) {
         self.line.fall_silent(now);
         self.line.losses = line::Losses::default();
-        self.state = State::new(now + BOOT);
+        self.state = State::new(Start::at(now));
         self.led = true;
         self.run(now);
     }
@@ -293,6 +270,8 @@ impl Nrf51 {
     /// A byte from the flight processor, whose stop bit passes now.
     pub(super) fn take(&mut self, now: Nanos, byte: u8, bit: u32) {
         if self.power == Power::On && now >= self.state.up_since() {
+            self.state.main_loop.idle_until(now);
+            self.state.main_loop.interrupt(now);
             self.line.take(now, byte, bit);
             self.run(now);
         }
@@ -301,41 +280,6 @@ impl Nrf51 {
     /// The byte that has begun by now.
     pub(super) fn give(&mut self, now: Nanos) -> Option<UartByte> {
         self.line.give(now)
-    }
-
-    /// A packet that has come off the air at a moment that is not past.
-    fn hear(&mut self, now: Nanos, at: Nanos, packet: Packet) {
-        let at = at.max(now);
-        let behind = self.flying.partition_point(|(other, _)| *other <= at);
-        self.flying.insert(behind, (at, packet));
-        self.run(now);
-    }
-
-    pub(super) fn hear_p2p(
-        &mut self,
-        now: Nanos,
-        at: Nanos,
-        broadcast: bool,
-        port: u8,
-        data: &[u8],
-        rssi: u8,
-    ) {
-        let mut bytes = vec![0xFF, 0x80 | (port & 0x0F)];
-        bytes.extend_from_slice(&data[..data.len().min(MAX_P2P)]);
-        self.hear(now, at, Packet { data: bytes, broadcast, rssi });
-    }
-
-    pub(super) fn hear_crtp(&mut self, now: Nanos, at: Nanos, data: &[u8], rssi: u8) {
-        let data = data[..data.len().min(MTU - 1)].to_vec();
-        self.hear(now, at, Packet { data, broadcast: false, rssi });
-    }
-
-    pub(super) fn take_sent(&mut self) -> Vec<Sent> {
-        std::mem::take(&mut self.sent)
-    }
-
-    pub(super) fn take_answers(&mut self) -> Vec<Answer> {
-        self.state.radio.take_answers()
     }
 
     /// Everything happens that happens until now.
@@ -365,23 +309,20 @@ impl Nrf51 {
 
     /// Sets the radio to a channel as a command from the air does: the flight processor is not told.
     pub(super) const fn retune(&mut self, channel: u8) {
-        self.state.radio.tuning.channel = channel;
+        self.state.radio.set_channel(channel);
     }
 
     /// When the next thing happens.
     fn plan(&mut self) {
         self.line.read_fifo(self.clock);
         let landing = self.flying.front().map_or(Nanos::MAX, |(at, _)| *at);
-        let work = Step::ROUND.into_iter().map(|step| self.ready(step)).min();
-        let work = work.unwrap_or(Nanos::MAX);
-        let free = self.state.busy_until.max(self.line.free_at(self.clock));
-        let work = if work == Nanos::MAX { work } else { work.max(free) };
+        let work = self.state.main_loop.next(|step| self.ready(step));
+        let work = if work == Nanos::MAX { work } else { self.line.free_at(work) };
         let work = work.min(self.line.reads_at(self.clock));
         // Its "wait" pin is driven from then on.
         let up = self.state.up_since();
         let up = if self.clock < up { up } else { Nanos::MAX };
-        let off = self.power != Power::On;
-        self.due = if off { landing } else { landing.min(work).min(up) };
+        self.due = if self.runs() { landing.min(work).min(up) } else { landing };
     }
 
     /// From when on there is something to do in a step.
@@ -391,6 +332,7 @@ impl Nrf51 {
         match step {
             Step::Air => at_once(state.radio.has_packet()),
             Step::Line => at_once(self.line.has_bytes()),
+            Step::Frame => at_once(state.frame.is_some()),
             Step::Battery if state.reports => state.battery_due,
             Step::Signal if state.reports => state.signal_due,
             Step::Battery | Step::Signal => Nanos::MAX,
@@ -401,17 +343,18 @@ impl Nrf51 {
     fn turn(&mut self) {
         let now = self.clock;
         while let Some((_, packet)) = self.flying.pop_front_if(|(at, _)| *at <= now) {
+            self.state.main_loop.idle_until(now);
             self.land(now, packet);
         }
-        if self.power != Power::On || self.state.busy_until > now || self.line.is_busy(now) {
+        let mut main_loop = self.state.main_loop;
+        let ready = |step| self.ready(step);
+        if !self.runs() || main_loop.next(ready) > now || self.line.is_busy(now) {
             return;
         }
-        let order = (self.state.next_step..).take(Step::ROUND.len());
-        let next =
-            order.map(|at| at % Step::ROUND.len()).find(|at| self.ready(Step::ROUND[*at]) <= now);
-        if let Some(at) = next {
-            self.state.next_step = (at + 1) % Step::ROUND.len();
-            self.do_step(Step::ROUND[at]);
+        let step = main_loop.take(now, ready);
+        self.state.main_loop = main_loop;
+        if let Some(step) = step {
+            self.do_step(step);
         }
     }
 
@@ -424,9 +367,15 @@ impl Nrf51 {
                 }
             }
             Step::Line => self.read_line(),
+            Step::Frame => {
+                if let Some((kind, data)) = self.state.frame.take() {
+                    self.handle(kind, &data);
+                }
+            }
             Step::Battery => {
                 self.state.battery_due = tick(now) + REPORT;
-                self.report_battery();
+                let data = self.battery.report(now);
+                self.say(kind::BATTERY, &data);
             }
             Step::Signal => {
                 self.state.signal_due = tick(now) + REPORT;
@@ -443,74 +392,45 @@ impl Nrf51 {
         }
     }
 
-    fn land(&mut self, at: Nanos, packet: Packet) {
-        let landed = match self.power {
-            Power::On => self.state.radio.land(at, packet),
-            Power::Off { .. } => Landed::Deaf,
-        };
-        match landed {
-            Landed::Taken => {}
-            Landed::Deaf => self.state.counters.deaf += 1,
-            Landed::NoRoom => self.state.counters.overruns += 1,
-        }
-    }
-
-    /// A packet from the air goes to whom it is for.
-    fn pass_on(&mut self, packet: Packet) {
-        self.state.rssi = packet.rssi;
-        self.state.bluetooth = false;
-        if packet.is_tuning() || packet.is_loaders() {
-            self.obey(&packet.data);
-        } else if packet.is_p2p() {
-            let to = if packet.broadcast { kind::P2P_BROADCAST } else { kind::P2P };
-            let mut data = vec![packet.data[1] & 0x0F, packet.rssi];
-            data.extend_from_slice(&packet.data[2..]);
-            self.say(to, &data);
-        } else {
-            let to = if packet.broadcast { kind::RAW_BROADCAST } else { kind::RAW };
-            self.say(to, &packet.data);
-        }
-    }
-
-    /// Looks at what came in, up to the end of a frame.
+    /// Reads a byte that came in. Where it ends a frame, the frame is obeyed before any other byte is
+    /// read.
     fn read_line(&mut self) {
-        while let Some(byte) = self.line.next() {
-            let counters = &mut self.state.counters;
-            match self.state.parser.take(byte) {
-                None => {}
-                Some(Found::BadFirstSum) => counters.bad_first_sums += 1,
-                Some(Found::BadSecondSum) => counters.bad_second_sums += 1,
-                Some(Found::TooLong) => counters.too_long += 1,
-                Some(Found::Frame { kind, data }) => {
-                    counters.good += 1;
-                    self.state.talks = true;
-                    self.handle(kind, &data);
-                    return;
-                }
+        let State { main_loop, counters, parser, frame, talks, .. } = &mut self.state;
+        let Some(byte) = self.line.next() else { return };
+        main_loop.work(PARSING);
+        match parser.take(byte) {
+            None => {}
+            Some(Found::BadFirstSum) => counters.bad_first_sums += 1,
+            Some(Found::BadSecondSum) => counters.bad_second_sums += 1,
+            Some(Found::TooLong) => counters.too_long += 1,
+            Some(Found::Frame { kind, data }) => {
+                counters.good += 1;
+                *talks = true;
+                main_loop.work(HANDLING + COPYING * data.len() as Nanos);
+                main_loop.leave_line();
+                *frame = Some((kind, data));
             }
         }
-    }
-
-    fn report_battery(&mut self) {
-        let Battery { volts, charging, usb } = self.battery;
-        // The third flag: there is a charger. A Crazyflie has one, a Bolt has not.
-        let mut data = vec![u8::from(charging) | u8::from(usb) << 1 | 1 << 2];
-        data.extend_from_slice(&volts.to_le_bytes());
-        let amperes = if charging { CHARGE_AMPERES } else { 0.0 };
-        data.extend_from_slice(&amperes.to_le_bytes());
-        self.say(kind::BATTERY, &data);
     }
 
     /// Sends a frame, and does nothing else meanwhile.
     fn say(&mut self, kind: u8, data: &[u8]) {
         if self.state.talks {
-            let from = self.clock.max(self.state.busy_until);
-            self.state.busy_until = self.line.send(from, &frame(kind, data));
+            let sent = self.line.send(self.state.main_loop.at(), &frame(kind, data));
+            self.state.main_loop.wait_until(sent);
         }
     }
 
     fn switch_off(&mut self, cause: OffCause) {
         self.line.fall_silent(self.clock);
         self.power = Power::Off { since: self.clock, cause };
+        self.goes_on = false;
+    }
+
+    /// The flight processor loses its power; the chip goes on receiving and acknowledging.
+    fn switch_processor_off(&mut self) {
+        self.switch_off(OffCause::Agreed);
+        self.goes_on = true;
+        (self.state.talks, self.state.reports) = (false, false);
     }
 }

@@ -12,7 +12,7 @@ impl Nrf51 {
         match (kind, data) {
             (kind::RAW, _) if data.len() < MTU => self.leave_for_ground(data.to_vec()),
             (kind::CHANNEL, [channel]) => {
-                self.state.radio.tuning.channel = *channel;
+                self.state.radio.set_channel(*channel);
                 self.reset_radio(kind, data);
             }
             (kind::DATARATE, [code]) => {
@@ -38,7 +38,8 @@ impl Nrf51 {
                 self.state.radio.ready = true;
                 self.say(kind, &[]);
             }
-            (kind::SWITCH_OFF | kind::PROCESSOR_OFF, _) => self.switch_off(OffCause::Agreed),
+            (kind::SWITCH_OFF, _) => self.switch_off(OffCause::Agreed),
+            (kind::PROCESSOR_OFF, _) => self.switch_processor_off(),
             (kind::AUTOUPDATE, _) => self.state.reports = true,
             (kind::SHUTDOWN_ACK, _) => {
                 if let Shutdown::Asked { .. } = self.state.shutdown {
@@ -123,8 +124,8 @@ impl Nrf51 {
         // The framing error is the only one that there is here (nRF51 reference manual, ERRORSRC).
         let error = if broken_bytes == 0 { 0 } else { 4 };
         let data = [
-            u8::from(channel > 0),
             u8::from(address > 0),
+            u8::from(channel > 0),
             u8::from(rate > 0),
             dropped_bytes as u8,
             error,
@@ -135,13 +136,12 @@ impl Nrf51 {
         self.say(kind::PROBE, &data);
     }
 
-    /// A code that is none leaves the rate as it is.
+    /// A code that is none stands for 1 Mbit/s (`esbSetDatarate`).
     const fn set_datarate(&mut self, code: u8) {
         self.state.radio.tuning.datarate = match code {
             0 => Datarate::K250,
-            1 => Datarate::M1,
             2 => Datarate::M2,
-            _ => self.state.radio.tuning.datarate,
+            _ => Datarate::M1,
         };
     }
 
@@ -154,25 +154,31 @@ impl Nrf51 {
     /// Sends a packet without a queue, in any state of the radio (`esbSendP2PPacket`).
     fn broadcast(&mut self, port: u8, data: &[u8]) {
         self.state.bluetooth = false;
-        self.state.radio.send(self.clock, data.len());
-        self.sent.push(Sent {
-            at: self.clock,
-            port: port & 0x0F,
-            data: data.to_vec(),
-            tuning: self.state.radio.tuning,
-        });
+        let (at, tuning) = (self.clock, self.state.radio.tuning);
+        self.state.radio.send(at, data.len());
+        let (port, data) = if self.ghosts {
+            let Some((port, data)) = self.state.radio.oldest_p2p() else { return };
+            (port, data.to_vec())
+        } else {
+            (port & 0x0F, data.to_vec())
+        };
+        self.sent.push(Sent { at, port, data, tuning });
     }
 
     /// Carries out a command that came over the air.
     pub(super) fn obey(&mut self, data: &[u8]) {
         match *data {
-            [_, 0x03, 1, channel, ..] => self.state.radio.tuning.channel = channel,
+            [_, 0x03, 1, channel, ..] => self.state.radio.set_channel(channel),
             [_, 0x03, 2, code, ..] => self.set_datarate(code),
             [_, 0xFE, 0x01, ..] => self.switch_off(OffCause::Ordered),
             [_, 0xFE, 0x04, ..] => {
                 let mut answer = vec![0xFF, 0xFE, 0x04];
-                answer.extend_from_slice(&self.battery.volts.to_le_bytes());
+                answer.extend_from_slice(&self.battery.volts(self.clock).to_le_bytes());
                 self.leave_for_ground(answer);
+            }
+            // The chip's own address, which no two chips share; here it is the same for all.
+            [_, 0xFE, 0xFF, ..] => {
+                self.leave_for_ground(vec![0xFF, 0xFE, 0xFF, 1, 2, 3, 4, 5, 6]);
             }
             [_, 0xFE, 0x05, ..] => self.led = true,
             [_, 0xFE, 0x06, ..] => self.led = false,

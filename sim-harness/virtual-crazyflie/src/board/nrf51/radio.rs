@@ -5,13 +5,14 @@
 
 use std::collections::VecDeque;
 
+use super::{ANSWERS_AFTER, LISTENS_AFTER, RAMP_UP};
 use crate::soc::Nanos;
 
 /// Slots of either queue, of which one is always empty (`RXQ_LEN`, `TXQ_LEN`).
 const SLOTS: usize = 8;
-/// The chip listens after this time even if the flight processor never enabled its radio
-/// (`SYSLINK_RADIO_DISABLED_TIMEOUT_MS`).
-const GATE: Nanos = 3_000_000_000;
+/// The last channel that there is; the radio takes seven bits of the number.
+const LAST_CHANNEL: u8 = 125;
+const CHANNEL_BITS: u8 = 0x7F;
 
 /// The data rate of the radio.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,10 +112,14 @@ pub(super) struct Radio {
     pub(super) ready: bool,
     /// A test: nothing but a carrier is sent, and nothing heard.
     pub(super) carrier: bool,
-    /// Since when it runs.
-    since: Nanos,
+    /// From when on it listens even if it was never told that it is set.
+    opens: Nanos,
+    /// A channel that there is not was set: none is taken any more.
+    stuck: bool,
     /// The radio sends, or turns round, until then.
     sends_until: Nanos,
+    /// The content of the slots, the oldest first: what has come off the air, passed on or not.
+    slots: VecDeque<Packet>,
     incoming: VecDeque<Packet>,
     outgoing: VecDeque<Vec<u8>>,
     answers: Vec<Answer>,
@@ -127,13 +132,15 @@ pub(super) struct Radio {
 }
 
 impl Radio {
-    pub(super) fn new(since: Nanos) -> Self {
+    pub(super) fn new(opens: Nanos) -> Self {
         Self {
             tuning: Tuning::DEFAULT,
             ready: false,
             carrier: false,
-            since,
+            opens,
+            stuck: false,
             sends_until: 0,
+            slots: VecDeque::new(),
             incoming: VecDeque::new(),
             outgoing: VecDeque::new(),
             answers: Vec::new(),
@@ -146,13 +153,17 @@ impl Radio {
         }
     }
 
-    /// Since when it runs.
-    pub(super) const fn since(&self) -> Nanos {
-        self.since
+    pub(super) fn listens(&self, at: Nanos) -> bool {
+        (self.ready || at >= self.opens) && !self.carrier
     }
 
-    pub(super) fn listens(&self, at: Nanos) -> bool {
-        at >= self.since && (self.ready || at >= self.since + GATE) && !self.carrier
+    /// Sets the channel. The vendor's code looks whether the channel that it had before is one
+    /// (`esbSetChannel`): so a number that is none is taken, once, and no other is after it.
+    pub(super) const fn set_channel(&mut self, channel: u8) {
+        if !self.stuck {
+            self.tuning.channel = channel & CHANNEL_BITS;
+            self.stuck = channel > LAST_CHANNEL;
+        }
     }
 
     /// The chip's dBm steps; what lies between 0 and 4 changes nothing (`esbSetTxPowerDbm`).
@@ -170,38 +181,59 @@ impl Radio {
         };
     }
 
-    /// It sends so many bytes of a P2P packet's data, which takes the time that they are on the air
-    /// and that it takes to turn round, twice. It hears nothing meanwhile: not the end of what was
-    /// on the air when it began either.
-    pub(super) fn send(&mut self, at: Nanos, data: usize) {
-        /// Preamble, address, nine bits of control, port and kind, and checksum (nRF24L01+ product
-        /// specification, 7.3).
-        const AROUND: u64 = 8 * (1 + 5 + 2 + 2) + 9;
-        let bits = AROUND + 8 * data as u64;
+    /// How long so many bytes of payload are on the air.
+    const fn air(&self, payload: usize) -> Nanos {
+        /// Preamble, address, nine bits of control, and checksum (nRF24L01+ product specification,
+        /// 7.3).
+        const AROUND: u64 = 8 * (1 + 5 + 2) + 9;
         let per_bit = match self.tuning.datarate {
             Datarate::K250 => 4_000,
             Datarate::M1 => 1_000,
             Datarate::M2 => 500,
         };
-        self.sends_until = at + 2 * super::RAMP_UP + bits * per_bit;
+        (AROUND + 8 * payload as u64) * per_bit
     }
 
-    /// A packet has come off the air; one to the chip alone is acknowledged at once.
+    /// It sends so many bytes of a P2P packet's data behind kind and port, and hears nothing from the
+    /// command on until it has turned round: not the end of what was on the air when it began either.
+    /// Then it listens, even if it was never told that it is set.
+    pub(super) const fn send(&mut self, at: Nanos, data: usize) {
+        self.sends_until = at + RAMP_UP + self.air(data + 2) + LISTENS_AFTER;
+        self.ready = true;
+    }
+
+    /// The port and the data of the packet in the slot that comes next, which came off the air seven
+    /// packets before the last one. Where the end of a packet falls into the 20 cycles in which
+    /// `esbSendP2PPacket` sets the radio up, the radio sends this instead of its own.
+    pub(super) fn oldest_p2p(&self) -> Option<(u8, &[u8])> {
+        let packet = self.slots.front().filter(|_| self.slots.len() == SLOTS)?;
+        match packet.data.as_slice() {
+            [_, port, data @ ..] if packet.is_p2p() => Some((port & 0x0F, data)),
+            _ => None,
+        }
+    }
+
+    /// A packet has come off the air; one to the chip alone is acknowledged at once. One that began
+    /// while the radio was sending or turned round is not heard.
     pub(super) fn land(&mut self, at: Nanos, packet: Packet) -> Landed {
-        if !self.listens(at) || at < self.sends_until {
+        let began = at.saturating_sub(self.air(packet.data.len()));
+        if !self.listens(at) || began < self.sends_until {
             return Landed::Deaf;
         }
         if self.incoming.len() == SLOTS - 1 {
             return Landed::NoRoom;
         }
+        if self.slots.len() == SLOTS {
+            self.slots.pop_front();
+        }
+        self.slots.push_back(packet.clone());
         if packet.broadcast {
             self.incoming.push_back(packet);
             return Landed::Taken;
         }
         let header = packet.data.first().copied().unwrap_or_default();
         if packet.is_p2p() {
-            let data = self.empty();
-            self.answers.push(Answer { at, data });
+            self.acknowledge(at, Vec::new());
             self.incoming.push_back(packet);
         } else if packet.is_loaders() {
             self.answer(at, false);
@@ -276,7 +308,13 @@ impl Radio {
                 (Sent::Empty, self.empty())
             };
         }
-        self.answers.push(Answer { at, data: self.last.clone() });
+        self.acknowledge(at, self.last.clone());
+    }
+
+    /// Puts an acknowledgement on the air. The radio hears nothing until it has turned round twice.
+    fn acknowledge(&mut self, at: Nanos, data: Vec<u8>) {
+        self.sends_until = at + ANSWERS_AFTER + self.air(data.len()) + LISTENS_AFTER;
+        self.answers.push(Answer { at, data });
     }
 }
 
@@ -288,6 +326,8 @@ mod tests {
         Packet { data: data.to_vec(), broadcast: false, rssi: 50 }
     }
 
+    const MS: Nanos = 1_000_000;
+
     fn listening() -> Radio {
         let mut radio = Radio::new(0);
         radio.ready = true;
@@ -298,13 +338,51 @@ mod tests {
     }
 
     #[test]
-    fn it_is_deaf_until_told_or_for_three_seconds() {
-        let mut radio = Radio::new(500);
-        assert_eq!(radio.land(GATE, crtp(&[0xFF])), Landed::Deaf);
-        assert_eq!(radio.land(GATE + 500, crtp(&[0xFF])), Landed::Taken);
-        let mut radio = Radio::new(500);
+    fn it_is_deaf_until_told_or_for_a_while_or_until_it_sends() {
+        let mut radio = Radio::new(3_000 * MS);
+        assert_eq!(radio.land(3_000 * MS - 1, crtp(&[0xFF])), Landed::Deaf);
+        assert_eq!(radio.land(3_000 * MS, crtp(&[0xFF])), Landed::Taken);
+        let mut radio = Radio::new(3_000 * MS);
         radio.ready = true;
         assert_eq!(radio.land(600, crtp(&[0xFF])), Landed::Taken);
+        let mut radio = Radio::new(3_000 * MS);
+        radio.send(10 * MS, 4);
+        assert_eq!(radio.land(11 * MS, crtp(&[0xFF])), Landed::Taken);
+    }
+
+    /// Measured with the vendor's program: from the end of a packet on, at 2 Mbit/s.
+    #[test]
+    fn it_is_deaf_for_348_microseconds_behind_what_it_acknowledges() {
+        let heard = |begins: Nanos| {
+            let mut radio = listening();
+            radio.land(MS, crtp(&[0xFF]));
+            let broadcast = Packet { data: vec![0xFF, 0x8B, 1], broadcast: true, rssi: 50 };
+            let ends = MS + begins + radio.air(3);
+            radio.land(ends, broadcast) == Landed::Taken
+        };
+        let deaf_until = (0..).find(|us| heard(us * 1_000)).unwrap();
+        assert!((340..=348).contains(&deaf_until), "{deaf_until}");
+    }
+
+    #[test]
+    fn a_channel_that_there_is_not_is_taken_and_none_after_it() {
+        let mut radio = listening();
+        for (number, channel) in [(33, 33), (200, 72), (33, 72)] {
+            radio.set_channel(number);
+            assert_eq!(radio.tuning.channel, channel);
+        }
+    }
+
+    #[test]
+    fn the_oldest_slot_has_the_packet_that_came_seven_before_the_last() {
+        let mut radio = listening();
+        for n in 0..9_u8 {
+            assert_eq!(radio.oldest_p2p().map(|(_, data)| data[0]), n.checked_sub(8));
+            let data = vec![0xFF, 0x8B, n];
+            radio.land(MS, Packet { data, broadcast: true, rssi: 50 });
+            radio.take();
+        }
+        assert_eq!(radio.oldest_p2p(), Some((11, &[1][..])));
     }
 
     #[test]
@@ -312,7 +390,7 @@ mod tests {
         let mut radio = listening();
         assert!(radio.queue(vec![0x10, 1]) && radio.queue(vec![0x10, 2]));
         for at in 1..=3 {
-            radio.land(at, crtp(&[0xFF]));
+            radio.land(at * MS, crtp(&[0xFF]));
         }
         let answers: Vec<_> = radio.take_answers().into_iter().map(|answer| answer.data).collect();
         assert_eq!(answers[..2], [vec![0x10, 1], vec![0x10, 2]]);
@@ -322,11 +400,11 @@ mod tests {
     #[test]
     fn a_full_queue_takes_nothing_and_acknowledges_nothing() {
         let mut radio = listening();
-        for _ in 0..7 {
-            assert_eq!(radio.land(1, crtp(&[0x30, 1])), Landed::Taken);
+        for at in 1..8 {
+            assert_eq!(radio.land(at * MS, crtp(&[0x30, 1])), Landed::Taken);
         }
         radio.take_answers();
-        assert_eq!(radio.land(2, crtp(&[0x30, 1])), Landed::NoRoom);
+        assert_eq!(radio.land(9 * MS, crtp(&[0x30, 1])), Landed::NoRoom);
         assert!(radio.take_answers().is_empty());
         assert!((0..7).all(|n| radio.queue(vec![n])) && !radio.queue(vec![8]));
     }
@@ -334,16 +412,16 @@ mod tests {
     #[test]
     fn a_safe_link_repeats_what_was_not_acknowledged() {
         let mut radio = listening();
-        radio.land(1, crtp(&[0xFF, 0x05, 0x01]));
+        radio.land(MS, crtp(&[0xFF, 0x05, 0x01]));
         assert_eq!(radio.take_answers()[0].data, [0xFF, 0x05, 0x01]);
         // The ground's next packet has both bits turned against the chip's, which begin as ones.
-        radio.land(2, crtp(&[0x33, 9]));
+        radio.land(2 * MS, crtp(&[0x33, 9]));
         assert_eq!(radio.take_answers()[0].data, [0xF3]);
         radio.queue(vec![0x00, 1]);
-        radio.land(3, crtp(&[0x3F, 9]));
+        radio.land(3 * MS, crtp(&[0x3F, 9]));
         assert_eq!(radio.take_answers()[0].data, [0x04, 1]);
         // The same again: the ground has not heard the answer.
-        radio.land(4, crtp(&[0x3F, 9]));
+        radio.land(4 * MS, crtp(&[0x3F, 9]));
         assert_eq!(radio.take_answers()[0].data, [0x04, 1]);
         assert_eq!(radio.incoming.len(), 2);
     }

@@ -158,6 +158,12 @@ impl Bench {
         self.send_bytes(&frame(kind, data));
     }
 
+    /// Sends a frame to the radio chip and gives it the time to read it.
+    pub(crate) fn tell(&mut self, kind: u8, data: &[u8]) {
+        self.send(kind, data);
+        self.wait(MS);
+    }
+
     pub(crate) fn send_bytes(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.wait(10 * US);
