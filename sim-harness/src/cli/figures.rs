@@ -4,6 +4,7 @@ mod exploration;
 mod placement;
 mod swarm;
 mod verdicts;
+mod watched;
 
 use std::ffi::OsString;
 use std::fmt::Write;
@@ -54,7 +55,7 @@ enum Paper {
     Forces,
     /// Stegun Vaquero 2020, on placing communication nodes: figures 2 to 4, in many caves
     Placement,
-    /// Mahdoui's thesis, chapter 3, on coordinated exploration: figures 3.11 to 3.22
+    /// Mahdoui's thesis, chapter 3, on coordinated exploration: figures 3.11 to 3.24
     Exploration,
 }
 

@@ -13,10 +13,10 @@ use report::pictures::{BoxChart, GrowthChart, Growths, RunGroup, RunValues, box_
 use terminal::Progress;
 
 use super::super::Trouble;
-use super::{Figured, FiguresArgs, put_claims, seeds};
+use super::{Figured, FiguresArgs, put_claims, seeds, watched};
 
 /// The rules that the pictures show, with their names there.
-const RULES: [(&str, &str); 2] = [("thesis", "The thesis' rule"), ("ours", "Our rule")];
+pub(super) const RULES: [(&str, &str); 2] = [("thesis", "The thesis' rule"), ("ours", "Our rule")];
 
 /// The claims with so many runs from a seed on.
 pub(super) fn claims(count: usize, seed: u64) -> Result<Vec<Claim>, InputError> {
@@ -59,6 +59,7 @@ pub(super) fn make(
             report::put_picture(folder, name, &box_plots(&chart)?)?;
         }
         report::put_picture(folder, "figure-3-19", &growths(&grown(&figures))?)?;
+        watched::put(folder, &figures)?;
     }
     Ok(Figured { table: table(&figures), summary, seeds: seeds(seed, count) })
 }
@@ -101,6 +102,7 @@ fn grown(figures: &Figures) -> GrowthChart {
         title: "Thesis, figures 3.13 and 3.19 again".into(),
         subtitle: format!("The room of 8 by 8 m, mean of {} runs each", figures.runs),
         value_name: "Part of the room that is known".into(),
+        most: 1.03,
         groups: RULES
             .iter()
             .map(|(rule, label)| Growths { label: (*label).into(), curves: curves(rule) })
@@ -108,14 +110,14 @@ fn grown(figures: &Figures) -> GrowthChart {
     }
 }
 
-fn named(robots: usize) -> String {
+pub(super) fn named(robots: usize) -> String {
     if robots == 1 { "1 robot".to_owned() } else { format!("{robots} robots") }
 }
 
 fn table(figures: &Figures) -> String {
     let mut text = format!(
-        "Coordinated exploration, figures 3.11 to 3.22: the thesis' room, {} runs a row; medians, over \
-         all runs\n\n  {:11} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}\n",
+        "Coordinated exploration, figures 3.11 to 3.24: the thesis' room, {} runs a row; medians, over \
+         all runs\n\n  {:16} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}\n",
         figures.runs, "rule", "robots", "99 %", "time, s", "way, m", "overlap", "early",
     );
     for row in &figures.rows {
@@ -126,7 +128,7 @@ fn table(figures: &Figures) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "  {:11} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}",
+            "  {:16} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}",
             row.rule,
             row.robots,
             row.count(|run| run.t99_s.is_some()),
