@@ -248,12 +248,13 @@ mod tests {
         assert_eq!(mean(&[2.0; 30]), Interval::UNBOUNDED, "all are equal");
         // No event in 100 runs: a Poisson mean of 0.053 has none in 0.5 % of all hundreds.
         is_near(mean(&[0.0; 100]), (0.0, 0.052_983));
-        // The limits of Student's distribution with 99 degrees of freedom: 2.626 errors on each side.
+        // The limits of Student's distribution with 99 degrees of freedom: 2.626 errors on each side; ten
+        // of 2,000 draws give them to a tenth of an error or so.
         let spread: Vec<f64> = (0..100).map(|n| f64::from(n % 10)).collect();
         let found = mean(&spread);
         let (middle, error) = mean_and_error(spread.iter().copied());
-        assert!((found.low - (middle - 2.626 * error)).abs() < 0.2 * error, "{found:?}");
-        assert!((found.high - (middle + 2.626 * error)).abs() < 0.2 * error, "{found:?}");
+        assert!((found.low - (middle - 2.626 * error)).abs() < 0.4 * error, "{found:?}");
+        assert!((found.high - (middle + 2.626 * error)).abs() < 0.4 * error, "{found:?}");
     }
 
     #[test]
