@@ -38,13 +38,43 @@
   // ---- what each state looks like in the strips
   const KINDS = [
     { name: "on the ground", colour: "var(--axis)", states: ["idle", "armed", "landed"] },
-    { name: "taking off, landing", colour: "#56b4e9", states: ["taking-off", "landing"] },
+    { name: "taking off, landing", colour: "#56b4e9", states: ["taking-off", "landing", "rising"] },
     { name: "in the chain", colour: "#009e73", states: ["leading", "relaying"] },
-    { name: "looking for its front", colour: "#e69f00", states: ["reconnecting"] },
+    { name: "relaying from the ground", colour: "#7a5c2e", states: ["perched"] },
+    { name: "looking for its link", colour: "#e69f00", states: ["reconnecting", "rejoining"] },
+    { name: "searching for a better place", colour: "#ddcc33", states: ["searching", "siting"] },
     { name: "backing up", colour: "#d55e00", states: ["backing-up"] },
-    { name: "stopped", colour: "var(--ink)", states: ["stopped"] },
+    { name: "flying home", colour: "#cc79a7", states: ["homing", "returning", "retiring"] },
+    { name: "surveying", colour: "#117733", states: ["surveying"] },
+    { name: "gathering", colour: "#bba94f", states: ["gathering"] },
+    { name: "crossing", colour: "#aa4499", states: ["crossing"] },
+    { name: "exploring", colour: "#44aa99", states: ["exploring"] },
+    { name: "waiting in the air", colour: "#5544aa", states: ["waiting", "hovering"] },
+    { name: "lost", colour: "#882255", states: ["lost"] },
+    { name: "down, without having landed", colour: "var(--ink)", states: ["down"] },
+    { name: "stopped", colour: "#661100", states: ["stopped"] },
   ];
-  const OTHER = { name: "other", colour: "#cc79a7", states: [] };
+  // A change to one of these is told in the list of events.
+  const TOLD = {
+    "taking-off": "takes off", perched: "lands, and relays from the ground", rising: "rises again",
+    reconnecting: "has lost its link, and flies back to where it was", rejoining: "comes back into the chain",
+    searching: "searches for a better place", "backing-up": "backs up to keep its link", retiring: "is needed no more, and flies home",
+    homing: "flies home", returning: "flies home", surveying: "begins to survey", gathering: "gathers at the entrance",
+    crossing: "enters the passage", exploring: "begins to explore", lost: "has lost its place", landed: "has landed", down: "is down without having landed, and says no more", stopped: "stops its motors",
+  };
+  const OTHER = { name: "another state", colour: "#999933", states: [] };
+  // A drone that falls, or is taken out of the mission, says no more: it lies where its own code has it fly.
+  const AIRBORNE = 0.1, DOWN = 0.05; // m
+  const GROUNDING = ["idle", "armed", "landed", "landing", "taking-off", "perched", "rising", "stopped"];
+  data.states.push("down");
+  for (const node of nodes) {
+    if (node.role === "base") continue;
+    let flew = false;
+    node.state = node.state.map((state, i) => {
+      flew ||= node.z[i] > AIRBORNE;
+      return flew && node.z[i] < DOWN && !GROUNDING.includes(data.states[state]) ? data.states.length - 1 : state;
+    });
+  }
   const kindOf = (name) => KINDS.find((kind) => kind.states.includes(name)) ?? OTHER;
   const grounded = (node, i) => kindOf(data.states[node.state[i]]) === KINDS[0];
 
@@ -72,7 +102,7 @@
   const world = bounds();
   let view = { ...world };
   map.style.aspectRatio = `${world.width} / ${world.height}`;
-  const layers = Object.fromEntries(["plan", "trails", "beams", "links", "bodies", "names", "scale"].map((name) => [name, make(map, "g")]));
+  const layers = Object.fromEntries(["plan", "seen", "trails", "beams", "links", "bodies", "names", "scale"].map((name) => [name, make(map, "g")]));
   for (const outline of data.outlines) {
     const points = outline.points.map(([x, y]) => `${x},${-y}`).join(" ");
     make(layers.plan, "polygon", { points, class: outline.free ? "floor" : "floor pillar" });
@@ -80,12 +110,14 @@
   for (const centre of data.centres) {
     make(layers.plan, "polyline", { class: "centre", points: centre.map(([x, y]) => `${x},${-y}`).join(" ") });
   }
+  // Many names would hide each other: then a relay has its number alone.
+  const few = nodes.length <= 8;
   const marks = nodes.map((node) => {
     const body = make(layers.bodies, "g", {});
     const shape = node.role === "base" ? "M-6-6H6V6H-6Z" : "M9.5 0 -6.5 6.5 -3 0 -6.5-6.5Z";
     make(body, "path", { d: shape, class: "body", style: `fill:${node.colour}` });
     const name = make(layers.names, "text", { class: "name", style: `fill:${node.colour}` });
-    make(name, "tspan", { x: 0 }).textContent = node.name;
+    make(name, "tspan", { x: 0 }).textContent = few ? node.name : node.name.replace(/^(relay|drone|explorer) /, "");
     const doing = make(name, "tspan", { x: 0, dy: 13 });
     return {
       body, name, doing,
@@ -137,6 +169,40 @@
   }
   const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
 
+  // ---- what explorers have seen: each beam's cells, from when on
+  const seenCells = [];
+  if (data.mission === "explore") {
+    const CELL = 0.1; // m, as in the explorers' own maps
+    const cells = new Map();
+    const key = (x, y) => `${Math.floor(x / CELL)},${Math.floor(y / CELL)}`;
+    const note = (at, i, wall) => { const known = cells.get(at); if (!known) cells.set(at, { i, wall: wall ? i : null }); else if (wall && known.wall === null) known.wall = i; };
+    const angles = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
+    for (let i = 0; i <= last; i++) {
+      for (const node of nodes) node.ranges.forEach((range, beam) => {
+        if (range[i] === null) return;
+        const angle = node.yaw[i] + angles[beam];
+        for (let s = 0; s < range[i]; s += CELL / 2) note(key(node.x[i] + s * Math.cos(angle), node.y[i] + s * Math.sin(angle)), i, false);
+        const s = range[i] + 0.02;
+        note(key(node.x[i] + s * Math.cos(angle), node.y[i] + s * Math.sin(angle)), i, true);
+      });
+    }
+    for (const [at, { i, wall }] of cells) {
+      const [x, y] = at.split(",").map(Number);
+      const rect = make(layers.seen, "rect", { class: "seen", x: x * CELL, y: -(y + 1) * CELL, width: CELL, height: CELL, display: "none" });
+      seenCells.push({ rect, i, wall, state: 0 });
+    }
+    $("seen-legend").hidden = seenCells.length === 0;
+  }
+  function showSeen() {
+    for (const cell of seenCells) {
+      const state = cell.wall !== null && cell.wall <= now ? 2 : cell.i <= now ? 1 : 0;
+      if (state === cell.state) continue;
+      cell.state = state;
+      if (state) cell.rect.removeAttribute("display"); else cell.rect.setAttribute("display", "none");
+      cell.rect.setAttribute("class", state === 2 ? "wall-seen" : "seen");
+    }
+  }
+
   // ---- one moment
   let now = 0;
   const TRAIL = 150; // frames: half a minute
@@ -148,10 +214,11 @@
       const degrees = node.role === "base" ? 0 : (-node.yaw[now] * 180) / Math.PI;
       mark.body.setAttribute("transform", `translate(${x} ${y}) rotate(${degrees}) scale(${unit})`);
       mark.body.setAttribute("class", grounded(node, now) ? "grounded" : "");
-      const waiting = grounded(node, now) && node.role === "relay";
+      const waiting = grounded(node, now) && node.role !== "base" && index > 0;
       mark.name.style.display = waiting ? "none" : "";
-      mark.name.setAttribute("transform", `translate(${x} ${y - 26 * unit}) scale(${unit})`);
-      mark.doing.textContent = node.role === "base" ? "" : data.states[node.state[now]];
+      // Drones wait about the base: its name stands below.
+      mark.name.setAttribute("transform", `translate(${x} ${y + (node.role === "base" ? 20 : few ? -26 : -14) * unit}) scale(${unit})`);
+      mark.doing.textContent = node.role === "base" || !few ? "" : data.states[node.state[now]];
       const trail = [];
       for (let i = Math.max(0, now - TRAIL); i <= now; i++) trail.push(`${node.x[i]},${-node.y[i]}`);
       mark.trail.setAttribute("points", trail.join(" "));
@@ -173,6 +240,8 @@
       }
       fillRow(rows[index], node);
     });
+    showSeen();
+    markEvent();
     const t = times[now];
     $("clock").textContent = `${t.toFixed(1)} s`;
     slider.value = now;
@@ -206,6 +275,14 @@
       row[side].title = dbm === null ? "" : `to ${nodes[node[side].peer[now]].name}; received ${fixed(node[side].raw[now], 0)}, true ${fixed(node[side].truth[now], 1)} dBm`;
     }
   }
+  // A swarm and explorers keep no links as a chain does, and fly across the plan, not along a way.
+  const isChain = data.mission === "chain";
+  const hasLinks = nodes.some((node) => ["front", "back"].some((side) => node[side].peer.some((peer) => peer !== null)));
+  for (const row of $("nodes").rows) {
+    row.cells[2].hidden = !isChain;
+    row.cells[4].hidden = row.cells[5].hidden = !hasLinks;
+  }
+  $("strength").hidden = !hasLinks;
   $("strength-weak").textContent = `${fixed(limit, 0)} dBm`;
   $("strength-strong").textContent = `${fixed(limit + SPARE, 0)} dBm`;
 
@@ -263,16 +340,93 @@
     const name = document.createElement("span"), bar = document.createElement("div");
     name.textContent = "Order";
     bar.className = "orders";
+    $("strips").append(name, bar);
     data.orders.forEach(([from, words], n) => {
       const until = data.orders[n + 1]?.[0] ?? last;
       const item = bar.appendChild(document.createElement("span"));
       item.style.left = `${share(from)}%`;
       item.style.width = `${share(until) - share(from)}%`;
-      item.textContent = words;
+      // An order that stands too briefly to be read is told on hover, and in the list of events.
+      if (share(until) - share(from) > (bar.clientWidth < 500 ? 22 : 9)) item.textContent = words;
     });
     scrub(bar, timeIn(bar), (t) => `${t.toFixed(1)} s: ${orderAt(frameAt(t))}`);
-    $("strips").append(name, bar);
   })();
+
+  // ---- what happened: orders, changes of states, links that stay weak
+  const LONG = 5; // s: a link that is weak for so long is told
+  const MARGIN = 0.5; // dB below the limit, as in the figure "violation"
+  const PAUSES = new Set(["waiting", "hovering"]);
+  function happened() {
+    const all = data.orders.slice(1).map(([i, words]) => ({ i, words: `The operator: ${words}` }));
+    const base = nodes.findIndex((node) => node.role === "base");
+    nodes.forEach((node, index) => {
+      if (node.role === "base") return;
+      for (let i = 1; i <= last; i++) {
+        if (node.state[i] === node.state[i - 1]) continue;
+        const state = data.states[node.state[i]];
+        const words = TOLD[state];
+        if (!words) continue;
+        // Between two goals an explorer waits, and explores on.
+        let before = i - 1;
+        while (before > 0 && PAUSES.has(data.states[node.state[before]])) before--;
+        if (node.state[before] === node.state[i]) continue;
+        let why = "";
+        const link = base >= 0 ? towardsHead(base, i) : null;
+        if (state === "taking-off" && data.mission === "chain" && index > 0 && data.limit !== null && link && link.filtered !== null && link.filtered < data.limit + 1) {
+          why = `: the base hears ${nodes[link.peer].name} with ${fixed(link.filtered, 0)} dBm, and the limit is ${fixed(data.limit, 0)}`;
+        }
+        all.push({ i, who: node.name, words: words + why });
+      }
+    });
+    if (data.limit !== null && data.mission === "chain") {
+      nodes.forEach((node, index) => {
+        for (let from = null, peer = null, i = 0; i <= last + 1; i++) {
+          const link = i <= last ? towardsHead(index, i) : null;
+          // Who waits or has landed is not part of the chain.
+          const flies = (n) => nodes[n].role === "base" || !grounded(nodes[n], i);
+          const weak = link !== null && flies(index) && flies(link.peer) && link.truth !== null && link.truth < data.limit - MARGIN && (from === null || link.peer === peer);
+          if (weak && from === null) { from = i; peer = link.peer; }
+          if (weak || from === null) continue;
+          const long = times[Math.min(i, last)] - times[from];
+          if (long >= LONG) all.push({ i: from, words: `The link ${nodes[peer].name} – ${node.name} is weaker than ${fixed(data.limit, 0)} dBm for ${long.toFixed(0)} s` });
+          from = null;
+        }
+      });
+    }
+    all.sort((a, b) => a.i - b.i);
+    // Drones that do the same within two seconds are told together.
+    const merged = [];
+    for (const event of all) {
+      const same = merged.findLast((other) => other.who && event.who && other.words === event.words && times[event.i] - times[other.i] <= 2);
+      if (same && !same.who.includes(event.who)) same.who.push(event.who);
+      else if (!same) merged.push({ ...event, who: event.who ? [event.who] : null });
+    }
+    return merged;
+  }
+  const minutes = (t) => `${Math.floor(t / 60)}:${String(Math.floor(t % 60)).padStart(2, "0")}`;
+  const plural = (words) => words.replace(/^(\w+)( |,|$)/, (_, verb, end) => `${{ takes: "take", has: "have", lands: "land", rises: "rise", flies: "fly", begins: "begin", gathers: "gather", enters: "enter", searches: "search", backs: "back", comes: "come", is: "are", stops: "stop" }[verb] ?? verb}${end}`).replace(/ flies /g, " fly ").replace(/ relays /g, " relay ");
+  const events = happened().map(({ i, who, words }) => {
+    const item = document.createElement("li"), jump = document.createElement("button"), time = document.createElement("time");
+    jump.type = "button";
+    time.textContent = minutes(times[i]);
+    const flying = nodes.filter((node) => node.role !== "base").length;
+    const names = who && (who.length > 2 && who.length === flying ? "all drones" : who.join(who.length === 2 ? " and " : ", "));
+    const text = who ? `${names} ${who.length > 1 ? plural(words) : words}` : words;
+    jump.append(time, text[0].toUpperCase() + text.slice(1));
+    jump.addEventListener("click", () => { play(false); go(i); clock = times[i]; });
+    item.append(jump);
+    $("events").append(item);
+    return { i, item };
+  });
+  if (!events.length) $("story").hidden = true;
+  let marked = null;
+  function markEvent() {
+    const current = events.findLast((event) => event.i <= now) ?? null;
+    if (current === marked) return;
+    marked?.item.classList.remove("current");
+    current?.item.classList.add("current");
+    marked = current;
+  }
 
   // ---- curves of every drone over time
   function curves(title, unit, digits, of) {
@@ -394,8 +548,8 @@
     for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, () => { held = false; });
     element.addEventListener("pointerleave", () => tell(""));
   }
-  chart($("positions"), data.frames.positions, data.frames.positions.map(() => positionsAt));
-  chart($("links"), data.frames.links, linked.map(linkAt));
+  if ($("positions")) chart($("positions"), data.frames.positions, data.frames.positions.map(() => positionsAt));
+  if ($("links")) chart($("links"), data.frames.links, linked.map(linkAt));
 
   // ---- the map under the pointer
   marks.forEach((mark, index) => {

@@ -14,6 +14,6 @@ mod world;
 
 pub use air::{Air, Network};
 pub use robot::{Senses, Sensor};
-pub use run::{LIMITS, Outcome, ROBOTS, Setup, run};
+pub use run::{Glance, LIMITS, Outcome, ROBOTS, Setup, run, watch};
 pub use scale::{SCALE_ROBOTS, SCALE_TILES, Scale, scale};
 pub use world::{PLANS, World};

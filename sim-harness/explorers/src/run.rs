@@ -88,19 +88,47 @@ pub struct Outcome {
     pub curve: Vec<Vec<f32>>,
 }
 
+/// What all robots are and know at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Glance {
+    /// The time since the start, s.
+    pub at_s: f32,
+    /// Where each robot truly is.
+    pub poses: Vec<Pose2>,
+    /// The way that each has flown, m.
+    pub flown_m: Vec<f32>,
+    /// What each knows of the world's cells, in their order.
+    pub maps: Vec<Vec<CellState>>,
+}
+
 /// Flies one exploration; returns what came of it and the map that all robots have drawn together.
 ///
 /// # Panics
 /// Where the world has more cells than [`Atlas1024`], which [`World::of_map`] refuses.
 #[must_use]
 pub fn run(setup: &Setup<'_>) -> (Outcome, Occupancy) {
+    flown(setup, None)
+}
+
+/// Flies one exploration as [`run()`] does, and calls `see` after each second.
+///
+/// # Panics
+/// Where [`run()`] does.
+pub fn watch(setup: &Setup<'_>, see: &mut dyn FnMut(Glance)) -> Outcome {
+    flown(setup, Some(see)).0
+}
+
+/// Called after each second of a run that is watched.
+type Watcher<'a> = Option<&'a mut dyn FnMut(Glance)>;
+
+fn flown(setup: &Setup<'_>, see: Watcher<'_>) -> (Outcome, Occupancy) {
     let frame = *setup.world.frame();
     let large = "at most 1024 by 1024 cells";
     match frame.cell_count() {
-        0..=25_600 => explore(setup, Atlas160::new).expect(large),
-        25_601..=65_536 => explore(setup, Atlas256::new).expect(large),
-        65_537..=262_144 => explore(setup, Atlas512::new).expect(large),
-        _ => explore(setup, Atlas1024::new).expect(large),
+        0..=25_600 => explore(setup, see, Atlas160::new).expect(large),
+        25_601..=65_536 => explore(setup, see, Atlas256::new).expect(large),
+        65_537..=262_144 => explore(setup, see, Atlas512::new).expect(large),
+        _ => explore(setup, see, Atlas1024::new).expect(large),
     }
 }
 
@@ -109,9 +137,10 @@ pub fn run(setup: &Setup<'_>) -> (Outcome, Occupancy) {
 #[inline(never)]
 fn explore<G: Ground>(
     setup: &Setup<'_>,
+    see: Watcher<'_>,
     ground: impl Fn(Frame) -> Result<G, TooManyCells>,
 ) -> Result<(Outcome, Occupancy), TooManyCells> {
-    Ok(Run::new(*setup, ground)?.fly())
+    Ok(Run::new(*setup, ground)?.fly(see))
 }
 
 struct Run<'a, G> {
@@ -167,13 +196,16 @@ impl<'a, G: Ground> Run<'a, G> {
     }
 
     /// Flies to the end.
-    fn fly(mut self) -> (Outcome, Occupancy) {
+    fn fly(mut self, mut see: Watcher<'_>) -> (Outcome, Occupancy) {
         let visible = self.setup.world.visible_cells().max(1) as f32;
         while self.seconds() < self.setup.longest_s && self.outcome.stopped_s.is_none() {
             self.step();
             self.steps += 1;
             if !self.steps.is_multiple_of(STEPS_PER_SECOND) {
                 continue;
+            }
+            if let Some(see) = &mut see {
+                see(self.glance());
             }
             let known = self.known();
             self.outcome.curve.push(known.iter().map(|&cells| cells as f32 / visible).collect());
@@ -208,6 +240,17 @@ impl<'a, G: Ground> Run<'a, G> {
         self.outcome.error_m = errors.sum::<f32>() / self.robots.len() as f32;
         let map = self.merged();
         (self.outcome, map)
+    }
+
+    fn glance(&self) -> Glance {
+        let cells = || self.setup.world.frame().cells();
+        let map = |robot: &Robot<G>| cells().map(|cell| robot.mind.ground().state(cell)).collect();
+        Glance {
+            at_s: self.seconds(),
+            poses: self.robots.iter().map(|robot| robot.pose).collect(),
+            flown_m: self.robots.iter().map(|robot| robot.flown).collect(),
+            maps: self.robots.iter().map(map).collect(),
+        }
     }
 
     fn seconds(&self) -> f32 {

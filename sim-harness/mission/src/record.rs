@@ -26,6 +26,7 @@ impl<'a> Mission<'a> {
         Trace {
             scenario: self.scenario.name.clone(),
             seed: Some(seed),
+            mission: self.scenario.mission,
             floor_plan: self.world.tunnel.floor_plan(),
             nodes: self
                 .members

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use agent::State;
-use units::{Branch, Course, Dbm, NodeId, Order, Pose2, Role};
+use units::{Branch, Course, Dbm, MissionKind, NodeId, Order, Pose2, Role};
 use world::{FloorPlan, SkeletonPlace};
 
 /// A whole mission.
@@ -13,6 +13,8 @@ pub struct Trace {
     pub scenario: String,
     /// The seed of the mission; `None` for a recording of real time, which has none.
     pub seed: Option<u64>,
+    /// The mission that was flown, by which the drones are named.
+    pub mission: MissionKind,
     /// The tunnel.
     pub floor_plan: FloorPlan,
     /// The members, head first, base last; every frame lists them in this order.
@@ -21,6 +23,18 @@ pub struct Trace {
     pub launch_limit: Dbm,
     /// The frames, in order of time, one per 0.2 s.
     pub frames: Vec<Frame>,
+}
+
+impl Trace {
+    /// The name of a member in this mission: a swarm has no head and no relays.
+    #[must_use]
+    pub fn name(&self, node: &Node) -> String {
+        match (self.mission, node.role) {
+            (MissionKind::Chain, _) | (_, Role::Base) => node.to_string(),
+            (MissionKind::Swarm, _) => format!("drone {}", node.id),
+            (MissionKind::Explore, _) => format!("explorer {}", node.id),
+        }
+    }
 }
 
 /// One member of the chain. It displays as `head`, `explorer 1`, `relay 2` or `base`.
@@ -177,6 +191,27 @@ mod tests {
                 assert!(last - before[before.len() - 1] <= step, "{n}");
             }
         }
+    }
+
+    #[test]
+    fn a_swarm_has_no_head_and_no_relay() {
+        let mut trace = Trace {
+            scenario: String::new(),
+            seed: None,
+            mission: MissionKind::Swarm,
+            floor_plan: FloorPlan::default(),
+            nodes: Vec::new(),
+            launch_limit: Dbm(-68.0),
+            frames: Vec::new(),
+        };
+        let nodes = [(0, Role::Head), (1, Role::Relay), (2, Role::Base)];
+        let nodes = nodes.map(|(n, role)| Node { id: NodeId(n), role });
+        let names = |trace: &Trace| nodes.map(|node| trace.name(&node));
+        assert_eq!(names(&trace), ["drone 0", "drone 1", "base"]);
+        trace.mission = MissionKind::Explore;
+        assert_eq!(names(&trace), ["explorer 0", "explorer 1", "base"]);
+        trace.mission = MissionKind::Chain;
+        assert_eq!(names(&trace), ["head", "relay 1", "base"]);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use std::path::Path;
 
 use input::InputError;
 use serde_json::{Value, json};
-use units::{Branch, Course, Dbm, MetresPerSecond, NodeId, Order, Pose2, Role};
+use units::{Branch, Course, Dbm, MetresPerSecond, MissionKind, NodeId, Order, Pose2, Role};
 use world::{CentreLine, FloorPlan, SkeletonPlace};
 
 use messages::{Heard, Message};
@@ -79,6 +79,7 @@ fn record_of(name: String, heard: &[Heard]) -> StationRecord {
     let mut trace = Trace {
         scenario: name,
         seed: None,
+        mission: MissionKind::Chain,
         floor_plan,
         nodes,
         launch_limit: Dbm(limits.map_or(f32::NEG_INFINITY, |limits| limits.launch_limit_dbm)),

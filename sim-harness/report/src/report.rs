@@ -4,6 +4,7 @@
 //! network. `assets/report/` holds the page with `{{gaps}}`; this module fills them.
 
 mod data;
+mod headline;
 mod metrics;
 
 use input::counted;
@@ -11,6 +12,7 @@ use serde_json::Value;
 
 use super::pictures::{self, PictureError, escaped};
 use mission::trace::Trace;
+use units::MissionKind;
 
 const PAGE: &str = include_str!("../../assets/report/report.html");
 const STYLE: &str = include_str!("../../assets/report/report.css");
@@ -29,17 +31,36 @@ pub fn html(trace: &Trace, summary: &Value) -> Result<String, PictureError> {
         "name" => escaped(&trace.scenario),
         "title" => escaped(title(trace, summary)),
         "verdict" => verdict(summary),
+        "headline" => headline::html(trace.mission, summary),
+        "charts" => charts(trace, positions.svg(), links.svg()),
         "subtitle" => escaped(&subtitle(trace)),
         "style" => STYLE.to_owned(),
         "script" => SCRIPT.to_owned(),
-        "positions" => positions.svg().to_owned(),
-        "links" => links.svg().to_owned(),
         "map" => map.svg().to_owned(),
         "summary" => metrics::html(summary),
         "data" => data::json(trace, positions.frames(), links.frames()),
         _ => String::new(),
     };
     Ok(fill(PAGE, filled))
+}
+
+/// The pictures of places and links over time, which a chain alone has; a chain of which no link was ever
+/// heard has the first one only.
+fn charts(trace: &Trace, positions: &str, links: &str) -> String {
+    if trace.mission != MissionKind::Chain {
+        return String::new();
+    }
+    let drones = || trace.frames.iter().flat_map(|frame| &frame.drones);
+    let is_linked = drones().any(|drone| drone.front.is_some() || drone.back.is_some());
+    let links = if is_linked {
+        format!("<figure class=\"card picture\" id=\"links\">{links}</figure>")
+    } else {
+        String::new()
+    };
+    format!(
+        "<section aria-label=\"Charts over time\" id=\"charts\">\n    <figure class=\"card picture\" \
+         id=\"positions\">{positions}</figure>\n    {links}\n  </section>"
+    )
 }
 
 /// The scenario's title, or its name where the summary has no title.
@@ -53,17 +74,36 @@ fn verdict(summary: &Value) -> String {
         return String::new();
     };
     if success {
-        return "<p class=\"verdict good\">Success</p>".to_owned();
+        let but = headline::reservations(summary);
+        let words = if but.is_empty() { "Success" } else { "Success, but" };
+        return format!("<p class=\"verdict good\">{words}</p>{}", list(&but));
     }
     let failures = summary.get("failures").and_then(Value::as_array);
     let items = failures.into_iter().flatten().filter_map(Value::as_str);
-    let items: String = items.map(|why| format!("<li>{}</li>", escaped(why))).collect();
-    format!("<p class=\"verdict bad\">Failure</p>\n  <ul class=\"failures\">{items}</ul>")
+    let items: Vec<String> = items.map(str::to_owned).collect();
+    format!("<p class=\"verdict bad\">Failure</p>\n  {}", list(&items))
+}
+
+fn list(items: &[String]) -> String {
+    if items.is_empty() {
+        return String::new();
+    }
+    let items: String = items.iter().map(|why| format!("<li>{}</li>", escaped(why))).collect();
+    format!("<ul class=\"failures\">{items}</ul>")
 }
 
 fn subtitle(trace: &Trace) -> String {
     let seconds = trace.frames.last().map_or(0, |frame| frame.time_us / 1_000_000);
-    let relays = trace.nodes.iter().filter(|node| node.role == units::Role::Relay).count();
+    let is_counted = |role| match trace.mission {
+        MissionKind::Chain => role == units::Role::Relay,
+        MissionKind::Swarm | MissionKind::Explore => role != units::Role::Base,
+    };
+    let drones = trace.nodes.iter().filter(|node| is_counted(node.role)).count();
+    let name = match trace.mission {
+        MissionKind::Chain => "relay",
+        MissionKind::Swarm => "drone",
+        MissionKind::Explore => "explorer",
+    };
     let (minutes, rest) = (seconds / 60, seconds % 60);
     let scenario = &trace.scenario;
     let origin = match trace.seed {
@@ -79,7 +119,7 @@ fn subtitle(trace: &Trace) -> String {
     };
     format!(
         "{scenario} \u{b7} {minutes} min {rest} s with {} \u{b7} {origin}{shown}",
-        counted(relays, "relay")
+        counted(drones, name)
     )
 }
 

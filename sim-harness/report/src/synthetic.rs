@@ -2,7 +2,9 @@
 //! of thing in it that the outputs have to show. No simulator, just formulas.
 
 use agent::{ChainDuty, Duty, State};
-use units::{Dbm, Instant, Metres, MetresPerSecond, NodeId, Order, Point2, Pose2, Radians, Role};
+use units::{
+    Dbm, Instant, Metres, MetresPerSecond, MissionKind, NodeId, Order, Point2, Pose2, Radians, Role,
+};
 use world::{CentreLine, FloorPlan, SkeletonPlace};
 
 use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
@@ -19,6 +21,7 @@ pub(crate) fn mission() -> Trace {
     Trace {
         scenario: "S-bend <script>alert(1)</script> & \"friends\"".to_owned(),
         seed: Some(42),
+        mission: MissionKind::Chain,
         floor_plan: floor_plan(),
         nodes: (0..=BASE).map(node).collect(),
         launch_limit: Dbm(-70.0),

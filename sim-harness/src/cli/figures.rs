@@ -3,22 +3,27 @@
 mod exploration;
 mod placement;
 mod swarm;
+mod verdicts;
+mod watched;
 
+use std::ffi::OsString;
 use std::fmt::Write;
 
 use chain::policy::{NAMES, Policy};
 use clap::{Args, ValueEnum};
 use input::{InputError, suggest};
 
-use super::{Common, Trouble, Verdict, interrupt};
+use super::record::{Made, RecordArgs, Source};
+use super::{Common, Trouble, Verdict, interrupt, put};
 use measure::campaign::Figure;
 use measure::claim::Claim;
 use measure::figures::{Cell, Figures, VARIANTS, make, missions};
 use measure::intervals::CONFIDENCE;
-use report::figure_page;
 use report::pictures::{box_plots, survival};
-use terminal::Progress;
-use terminal::runs;
+use report::{Folder, figure_page};
+use serde_json::Value;
+use terminal::{Progress, runs};
+use verdicts::Verdicts;
 
 #[derive(Args)]
 pub(super) struct FiguresArgs {
@@ -32,8 +37,13 @@ pub(super) struct FiguresArgs {
     /// Fly this policy only; may be given more than once. Claims about others are left out
     #[arg(long, value_name = "NAME")]
     policy: Vec<String>,
+    /// Repeat all of it with N first seeds, and count the verdicts on each claim; makes no pictures
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    repeat: Option<usize>,
     #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    record: RecordArgs,
 }
 
 /// A paper that is followed.
@@ -45,28 +55,112 @@ enum Paper {
     Forces,
     /// Stegun Vaquero 2020, on placing communication nodes: figures 2 to 4, in many caves
     Placement,
-    /// Mahdoui's thesis, chapter 3, on coordinated exploration: figures 3.11 to 3.22
+    /// Mahdoui's thesis, chapter 3, on coordinated exploration: figures 3.11 to 3.24
     Exploration,
 }
 
-pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
-    let policies = policies(args)?;
-    match args.paper {
-        Paper::UChain => {}
-        Paper::Forces => return swarm::run(args),
-        Paper::Placement => return placement::run(args),
-        Paper::Exploration => return exploration::run(args),
+impl Paper {
+    /// What the file of its table says: the rest of the command, what it does, and the page.
+    fn source(self) -> Source {
+        let (name, about, page) = match self {
+            Self::UChain => {
+                ("u-chain", "Figure 3 of the paper on chains of relays", "benchmarks.md")
+            }
+            Self::Forces => ("forces", "Tables and figures of the paper on swarms", "swarms.md"),
+            Self::Placement => ("placement", "Figures of the paper on placing nodes", "drops.md"),
+            Self::Exploration => {
+                ("exploration", "Figures of the thesis on exploration", "explore.md")
+            }
+        };
+        Source { command: format!("figures --paper {name}"), file: "figures", about, page }
     }
+}
+
+/// What a paper's figures came to, to be printed.
+struct Figured {
+    table: String,
+    summary: Value,
+    /// The seeds in words.
+    seeds: String,
+}
+
+/// Runs the command that this command line gives.
+pub(super) fn run(args: &FiguresArgs, line: &[OsString]) -> Result<Verdict, Trouble> {
+    let policies = policies(args)?;
     let count = runs(args.runs)?;
-    let seed = args.common.seed;
+    let repeat = args.repeat.map(runs).transpose()?;
+    let record = args.record.open(args.paper.source())?;
     interrupt::ends();
     let mut folder = args.common.folder()?;
+    let made = match repeat {
+        Some(repeat) => repeated(args, &policies, (repeat, count), &mut folder)?,
+        None => match args.paper {
+            Paper::UChain => chains(args, &policies, count, &mut folder)?,
+            Paper::Forces => swarm::make(args, count, &mut folder)?,
+            Paper::Placement => placement::make(args, count, &mut folder)?,
+            Paper::Exploration => exploration::make(args, count, &mut folder)?,
+        },
+    };
+    let Figured { table, summary, seeds } = &made;
+    let recorded = record.as_ref().map_or(Ok(()), |record| {
+        record.write(line, &Made { seeds: Some(seeds), table, missed: &[] })
+    });
+    args.common.finish(folder, table, summary)?;
+    recorded?;
+    if let Some(record) = record.filter(|_| args.common.prints_table()) {
+        put(&format!("\nwrote {}\n", record.path().display()))?;
+    }
+    Ok(Verdict::Good)
+}
+
+/// The claims of a paper with several first seeds.
+fn repeated(
+    args: &FiguresArgs,
+    policies: &[&'static str],
+    (repeat, count): (usize, usize),
+    folder: &mut Option<Folder>,
+) -> Result<Figured, Trouble> {
+    let progress = Progress::new(repeat as u64, args.common.quiet);
+    progress.say("repetitions");
+    let alone = |claims: Vec<Claim>| claims.into_iter().map(|claim| ("", claim)).collect();
+    let verdicts = Verdicts::count((repeat, args.common.seed, count), |seed| {
+        let claims: Vec<(&'static str, Claim)> = match args.paper {
+            Paper::UChain => alone(make(policies, count, seed, || ())?.claims()),
+            Paper::Forces => swarm::claims(count, seed)?,
+            Paper::Placement => alone(planning::situations::make(count, seed, || ()).claims()),
+            Paper::Exploration => alone(exploration::claims(count, seed)?),
+        };
+        progress.step();
+        Ok::<_, InputError>(claims)
+    })?;
+    drop(progress);
+    let summary = verdicts.json();
+    if let Some(folder) = folder {
+        folder.put_json("verdicts.json", &summary)?;
+    }
+    let seeds = format!("{count} from each of {}", verdicts.seeds());
+    Ok(Figured { table: verdicts.table(), summary, seeds })
+}
+
+/// The seeds of so many runs, in words.
+fn seeds(first: u64, count: usize) -> String {
+    format!("{first} to {}", first.wrapping_add(count as u64).wrapping_sub(1))
+}
+
+/// Figure 3 of the paper on chains.
+fn chains(
+    args: &FiguresArgs,
+    policies: &[&'static str],
+    count: usize,
+    folder: &mut Option<Folder>,
+) -> Result<Figured, Trouble> {
+    let seed = args.common.seed;
     let progress = Progress::new(missions(policies.len(), count) as u64, args.common.quiet);
     progress.say("missions");
-    let figures = make(&policies, count, seed, || progress.step())?;
+    let figures = make(policies, count, seed, || progress.step())?;
     drop(progress);
     let summary = figures.json(count, seed);
-    if let Some(folder) = &mut folder {
+    if let Some(folder) = folder {
         folder.put_json("summary.json", &summary)?;
         let pictures = [
             ("figure-3", figure_page::picture(&figures, count)?),
@@ -78,8 +172,7 @@ pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
             report::put_picture(folder, name, picture)?;
         }
     }
-    args.common.finish(folder, &table(&figures, count), &summary)?;
-    Ok(Verdict::Good)
+    Ok(Figured { table: table(&figures, count), summary, seeds: seeds(seed, count) })
 }
 
 /// The policies that were asked for, each once, in the order of the registry.

@@ -105,27 +105,38 @@ pub fn cases() -> Vec<Case> {
     cases
 }
 
-/// Flies a case `runs` times, from `seed` on, and returns a row for each phase that was flown. The
-/// survey, which is the same before every passage, has its row with passage a alone. Swarms of more
-/// than six drones fly a tenth of the runs.
+/// Flies a case `runs` times, from `seed` on, and returns a row for each phase that was flown. Swarms of
+/// more than six drones fly a tenth of the runs.
 ///
 /// # Errors
 /// Where the number of drones is none or too large.
 pub fn run(case: &Case, runs: usize, seed: u64) -> Result<Vec<Row>, TooMany> {
+    Ok(rows(case, &flights(case, runs, seed)?))
+}
+
+/// Flies a case as [`run`] does, and returns the flights in the order of their seeds.
+///
+/// # Errors
+/// Where the number of drones is none or too large.
+pub fn flights(case: &Case, runs: usize, seed: u64) -> Result<Vec<Flight>, TooMany> {
     let large = case.drones > PAPER_MOST;
     let runs = if large { runs.div_ceil(LARGE_SHARE) } else { runs };
     let Case { rule: Rule { config, late_news, .. }, drones, place } = *case;
     let trouble = Trouble { late_news, ..Trouble::NONE };
     let mission = Mission { config, drones, place, until: Phase::Crossing, trouble };
-    let flights = (0..runs as u64)
-        .map(|run| fly(&mission, seed.wrapping_add(run)))
-        .collect::<Result<Vec<Flight>, TooMany>>()?;
+    (0..runs as u64).map(|run| fly(&mission, seed.wrapping_add(run))).collect()
+}
+
+/// Returns a row for each phase that was flown. The survey, which is the same before every passage, has
+/// its row with passage a alone.
+#[must_use]
+pub fn rows(case: &Case, flights: &[Flight]) -> Vec<Row> {
     let rows = Phase::ALL.into_iter().filter_map(|phase| {
         let legs = flights.iter().flat_map(|flight| &flight.legs);
         let legs: Vec<&Leg> = legs.filter(|leg| leg.phase == phase).collect();
         (!legs.is_empty()).then(|| row(case, phase, &legs))
     });
-    Ok(rows.filter(|row| row.phase != Phase::Survey || place == Place::A).collect())
+    rows.filter(|row| row.phase != Phase::Survey || case.place == Place::A).collect()
 }
 
 fn row(case: &Case, phase: Phase, legs: &[&Leg]) -> Row {

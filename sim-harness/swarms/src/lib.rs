@@ -6,7 +6,6 @@
 //! be lost, a position may be wrong, and a drone may fail: [`Trouble`].
 
 pub mod bench;
-pub mod figures;
 mod flight;
 mod leg;
 mod place;

@@ -6,6 +6,8 @@
 //! values of λ and of the loop rate. Runs with the same seed lose the same packets and begin alike.
 
 mod claims;
+mod spread;
+pub mod watched;
 
 use explorers::{Air, Outcome, Senses, World};
 use frontier::{Pace, Rule, Utility};
@@ -14,6 +16,7 @@ use serde_json::{Value, json};
 use units::Duration;
 
 use super::measure::{self, LOSS, Named, OURS, Row, THESIS};
+use watched::WatchedRow;
 
 /// The numbers of robots of the thesis' figures.
 pub const ROBOTS: [usize; 3] = [1, 2, 3];
@@ -24,10 +27,22 @@ const PAIR: usize = 2;
 const VARIANTS: [(&str, f32, u64); 4] =
     [("λ 0.05", 0.05, 20), ("λ 0.8", 0.8, 20), ("every 10 s", 0.2, 10), ("every 40 s", 0.2, 40)];
 
+/// The thesis' rule and ours, with positions that drift, for figure 3.24.
+const DRIFTING: [(&str, &str); 2] = [(THESIS, DRIFTS), (OURS, OURS_DRIFTS)];
+/// The names of their rows.
+pub const DRIFTS: &str = "thesis, drifting";
+/// The name of the rows of our rule with positions that drift.
+pub const OURS_DRIFTS: &str = "ours, drifting";
+/// The robots of figure 3.24.
+const LOCALISED: [usize; 2] = [1, 2];
+
 /// The explorations of all figures.
 pub struct Figures {
-    /// The rows: the thesis' rule and ours with one to three robots, then the variants with two.
+    /// The rows: the thesis' rule and ours with one to three robots, then the variants with two, then both
+    /// rules with positions that drift.
     pub rows: Vec<Row>,
+    /// What was watched in the first of these.
+    pub watched: Vec<WatchedRow>,
     /// The runs of each row.
     pub runs: usize,
 }
@@ -35,7 +50,7 @@ pub struct Figures {
 /// The number of explorations that [`make`] flies.
 #[must_use]
 pub const fn explorations(runs: usize) -> usize {
-    runs * (2 * ROBOTS.len() + VARIANTS.len())
+    runs * (2 * ROBOTS.len() + VARIANTS.len() + DRIFTING.len() * LOCALISED.len())
 }
 
 /// Flies all explorations, with so many seeds from the first on.
@@ -46,10 +61,39 @@ pub fn make(runs: usize, first: u64, after_each: impl Fn() + Sync) -> Result<Fig
     let room: Vec<World> = World::plan("room").into_iter().collect();
     let rules = measure::rules(&[THESIS.to_owned(), OURS.to_owned()]);
     let with = (Senses::default(), Air::losing(LOSS));
-    let mut rows = measure::run(&room, &rules, &ROBOTS, with, (runs, first), &after_each)?;
+    let (mut rows, watched) = fly_watched(&room, &rules, (runs, first), &after_each)?;
     let variants = variants(&rules);
     rows.extend(measure::run(&room, &variants, &[PAIR], with, (runs, first), &after_each)?);
-    Ok(Figures { rows, runs })
+    let drifts = Senses { drifts: true, ..Senses::default() };
+    let named = |(name, rule): Named| {
+        let own = DRIFTING.iter().find(|(known, _)| *known == name)?;
+        Some((own.1, rule))
+    };
+    let drifting: Vec<Named> = rules.iter().copied().filter_map(named).collect();
+    let with = (drifts, Air::losing(LOSS));
+    rows.extend(measure::run(&room, &drifting, &LOCALISED, with, (runs, first), &after_each)?);
+    Ok(Figures { rows, watched, runs })
+}
+
+/// The rows of both rules with one to three robots, which are watched.
+fn fly_watched(
+    room: &[World],
+    rules: &[Named],
+    (runs, first): (usize, u64),
+    after_each: &(impl Fn() + Sync),
+) -> Result<(Vec<Row>, Vec<WatchedRow>), InputError> {
+    let (mut rows, mut watched) = (Vec::new(), Vec::new());
+    for world in room {
+        for &(rule, constants) in rules {
+            for robots in ROBOTS {
+                let setup = measure::setup(world, constants, robots, first);
+                let (outcomes, seen) = watched::fly_all(rule, &setup, runs, after_each)?;
+                rows.push(Row { world: world.name.clone(), rule, robots, runs: outcomes });
+                watched.push(seen);
+            }
+        }
+    }
+    Ok((rows, watched))
 }
 
 /// The thesis' rule with other constants.
@@ -76,7 +120,7 @@ impl Figures {
         let rows: Vec<_> = self.rows.iter().map(Row::json).collect();
         let claims: Vec<_> = self.claims().iter().map(::measure::claim::Claim::json).collect();
         json!({
-            "figures": "3.11 to 3.22",
+            "figures": "3.11 to 3.24",
             "runs": self.runs,
             "seed": seed,
             "version": env!("CARGO_PKG_VERSION"),

@@ -138,25 +138,32 @@ pub fn run(
     (seeds, first): (usize, u64),
     after_each: impl Fn() + Sync,
 ) -> Result<Vec<Row>, InputError> {
-    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK).build().map_err(no_threads)?;
-    let row = |world: &World, (name, rule): Named, robots: usize| {
-        let explore = |n: u64| {
-            let setup = setup(world, rule, robots, first.wrapping_add(n));
-            let setup = Setup { senses, air, ..setup };
-            let outcome = explorers::run(&setup).0;
-            after_each();
-            outcome
-        };
-        let runs = pool.install(|| (0..seeds as u64).into_par_iter().map(explore).collect());
-        Row { world: world.name.clone(), rule: name, robots, runs }
-    };
     let mut rows = Vec::new();
     for world in worlds {
-        for &rule in rules {
-            rows.extend(robots.iter().map(|&robots| row(world, rule, robots)));
+        for &(name, rule) in rules {
+            for &robots in robots {
+                let setup = Setup { senses, air, ..setup(world, rule, robots, first) };
+                let runs = each_seed(&setup, seeds, |setup| {
+                    let outcome = explorers::run(setup).0;
+                    after_each();
+                    outcome
+                })?;
+                rows.push(Row { world: world.name.clone(), rule: name, robots, runs });
+            }
         }
     }
     Ok(rows)
+}
+
+/// Explores with so many seeds from that of the setup on, on all cores.
+pub(super) fn each_seed<T: Send>(
+    setup: &Setup<'_>,
+    seeds: usize,
+    explore: impl Fn(&Setup<'_>) -> T + Sync,
+) -> Result<Vec<T>, InputError> {
+    let pool = rayon::ThreadPoolBuilder::new().stack_size(STACK).build().map_err(no_threads)?;
+    let one = |n: u64| explore(&Setup { seed: setup.seed.wrapping_add(n), ..*setup });
+    Ok(pool.install(|| (0..seeds as u64).into_par_iter().map(one).collect()))
 }
 
 pub(super) fn no_threads(error: impl std::fmt::Display) -> InputError {

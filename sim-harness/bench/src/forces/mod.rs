@@ -1,5 +1,6 @@
 //! `uchain bench forces`: the table of swarms by virtual forces.
 
+pub mod figures;
 pub mod measure;
 
 use std::fmt::Write;

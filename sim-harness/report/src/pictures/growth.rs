@@ -1,4 +1,4 @@
-//! Draws how much is known over time: a chart for each group, with a curve for each variant.
+//! Draws what grows over time, such as what is known: a chart for each group, with a curve for each variant.
 
 use super::PictureError;
 use super::axes::{Chart, Frame, stroke};
@@ -15,6 +15,8 @@ pub struct GrowthChart {
     pub subtitle: String,
     /// The quantity: `Part of the room that is known`.
     pub value_name: String,
+    /// The top of the value axis.
+    pub most: f64,
     /// The charts, from left to right.
     pub groups: Vec<Growths>,
 }
@@ -24,12 +26,12 @@ pub struct GrowthChart {
 pub struct Growths {
     /// The name of the chart.
     pub label: String,
-    /// The name of each variant, and its part at each second.
+    /// The name of each variant, and its value at each second.
     pub curves: Vec<(String, Vec<f32>)>,
 }
 
 /// Room for the variants' names on the right, in pixels.
-const LABELS: f64 = 70.0;
+const LABELS: f64 = 80.0;
 /// Size of the picture, in pixels.
 const PICTURE: (f64, f64) = (1200.0, 420.0);
 /// Gap between two charts, in pixels.
@@ -44,7 +46,8 @@ pub(super) fn picture(chart: &GrowthChart) -> Result<Picture, PictureError> {
         let each = (width - GUTTER * (count - 1.0)) / count;
         let longest =
             chart.groups.iter().flat_map(|group| &group.curves).map(|it| it.1.len()).max();
-        let (x, y) = (Axis::exact(0.0, longest.unwrap_or(1) as f64, 6), Axis::exact(0.0, 1.03, 5));
+        let x = Axis::exact(0.0, longest.unwrap_or(1) as f64, 6);
+        let y = Axis::exact(0.0, chart.most, 5);
         for (index, group) in chart.groups.iter().enumerate() {
             let area = part(&body, ((each + GUTTER) * index as f64, 0.0), (each, height));
             let frame = Frame {

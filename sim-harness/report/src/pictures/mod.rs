@@ -14,6 +14,7 @@ mod boxes;
 mod canvas;
 mod dashes;
 mod drops;
+mod explored;
 mod figure3;
 mod growth;
 mod links;
@@ -32,6 +33,7 @@ mod ticks;
 use std::fmt;
 
 pub use boxes::{BoxChart, RunGroup, RunValues};
+pub use explored::{ExploredChart, ExploredMap};
 pub use figure3::{Corridor, Figure3, Variant};
 pub use growth::{GrowthChart, Growths};
 pub(super) use map::nested;
@@ -145,6 +147,14 @@ pub fn figure3(figure: &Figure3<'_>) -> Result<Picture, PictureError> {
 /// See [`PictureError`].
 pub fn growths(chart: &GrowthChart) -> Result<Picture, PictureError> {
     growth::picture(chart)
+}
+
+/// Maps of a room that robots explore.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn explored(chart: &ExploredChart) -> Result<Picture, PictureError> {
+    explored::picture(chart)
 }
 
 /// The figures 2 and 3 of the paper on placing communication nodes, in one cave.

@@ -395,8 +395,10 @@ fn events(trace: &Trace) -> Vec<(u64, String)> {
                 continue;
             }
             match now_drone.state.name() {
-                "taking-off" => events.push((now.time_us, format!("{node} takes off"))),
-                "landed" => events.push((now.time_us, format!("{node} has landed"))),
+                "taking-off" => {
+                    events.push((now.time_us, format!("{} takes off", trace.name(node))))
+                }
+                "landed" => events.push((now.time_us, format!("{} has landed", trace.name(node)))),
                 _ => {}
             }
         }

@@ -2,7 +2,7 @@
 
 use agent::State;
 use input::counted;
-use units::{Dbm, NodeId, Order, Point2, Pose2, Radians, Role};
+use units::{Dbm, MissionKind, NodeId, Order, Point2, Pose2, Radians, Role};
 use world::{FloorPlan, SkeletonPlace};
 
 use super::sheet::{Picture, headed};
@@ -60,6 +60,7 @@ fn standing(plan: &PlanPicture<'_>) -> Trace {
     Trace {
         scenario: plan.name.to_owned(),
         seed: None,
+        mission: MissionKind::Chain,
         floor_plan: plan.plan.clone(),
         nodes: (0..plan.places.len()).map(node).collect(),
         launch_limit: Dbm(0.0),

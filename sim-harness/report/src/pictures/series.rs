@@ -2,7 +2,7 @@
 
 use units::NodeId;
 
-use mission::trace::{Frame, LinkFrame, Node, Trace};
+use mission::trace::{Frame, LinkFrame, Trace};
 
 /// More points to a line than this no screen or paper shows.
 const MOST_POINTS: usize = 2000;
@@ -82,9 +82,13 @@ fn link(trace: &Trace, receiver: usize) -> Option<LinkSeries> {
         });
     }
     let name = |id: NodeId| {
-        trace.nodes.iter().find(|n| n.id == id).map_or_else(|| id.to_string(), Node::to_string)
+        trace
+            .nodes
+            .iter()
+            .find(|n| n.id == id)
+            .map_or_else(|| id.to_string(), |node| trace.name(node))
     };
-    let own = trace.nodes.get(receiver)?.to_string();
+    let own = trace.name(trace.nodes.get(receiver)?);
     let (name, peers) = match peers.as_slice() {
         [] => return None,
         [(_, only)] => (format!("{} \u{2013} {own}", name(*only)), Vec::new()),

@@ -42,7 +42,25 @@ const PURPLE: RGBColor = RGBColor(204, 121, 167);
 const SKY: RGBColor = RGBColor(86, 180, 233);
 const ORANGE: RGBColor = RGBColor(230, 159, 0);
 
-const RELAYS: [RGBColor; 5] = [BLUE, GREEN, PURPLE, SKY, ORANGE];
+/// Relays by their numbers: after those of Okabe and Ito, shades of Paul Tol's "muted" scheme, so that
+/// no two of fifteen are alike.
+const RELAYS: [RGBColor; 15] = [
+    BLUE,
+    GREEN,
+    PURPLE,
+    SKY,
+    ORANGE,
+    RGBColor(136, 34, 85),
+    RGBColor(68, 170, 153),
+    RGBColor(153, 153, 51),
+    RGBColor(85, 68, 170),
+    RGBColor(170, 68, 153),
+    RGBColor(17, 119, 51),
+    RGBColor(221, 204, 119),
+    RGBColor(136, 68, 34),
+    RGBColor(102, 153, 204),
+    RGBColor(136, 136, 136),
+];
 
 /// The variants of a chart, in order.
 pub(super) fn category(index: usize) -> RGBColor {

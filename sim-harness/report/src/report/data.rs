@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use units::Point2;
 
 use crate::pictures::{PlotFrame, launch_limit, nested, node_rgb};
-use mission::trace::{DroneFrame, LinkFrame, Node, Trace, order_words};
+use mission::trace::{DroneFrame, LinkFrame, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element. A node's columns are text before those of the
 /// next are made: as values, all of them together would take twenty times the memory.
@@ -22,6 +22,7 @@ pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) 
     let centres = trace.floor_plan.centre_lines.iter().map(|line| points(&line.points));
     let times = column(trace.frames.iter().map(|f| i64::try_from(f.time_us / 1000).ok()));
     let entries = [
+        ("mission", json!(trace.mission.name()).to_string()),
         ("limit", json!(launch_limit(trace)).to_string()),
         ("times", json!(times).to_string()),
         ("outlines", Value::from_iter(outlines).to_string()),
@@ -59,7 +60,7 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
     let state = column(drones.iter().map(|drone| Some(number_of(drone.state.name(), states))));
     let [r, g, b] = trace.nodes.get(index).map(node_rgb).unwrap_or_default();
     json!({
-        "name": trace.nodes.get(index).map(Node::to_string),
+        "name": trace.nodes.get(index).map(|node| trace.name(node)),
         "role": trace.nodes.get(index).map(|node| node.role.name()),
         "colour": format!("#{r:02x}{g:02x}{b:02x}"),
         "x": metres(&|drone| drone.pose.at.x),

@@ -1,4 +1,5 @@
-//! The summary as a table of names and values.
+//! The summary as a table of names and values. What a mission does not have is left out, and a name that is
+//! no plain word says on hover what it means.
 
 use std::fmt::Write;
 
@@ -21,30 +22,119 @@ pub(super) fn html(summary: &Value) -> String {
 }
 
 fn section(out: &mut String, title: &str, entries: &Map<String, Value>, depth: usize) {
-    if !title.is_empty() {
+    let is_section = |value: &Value| value.is_object() && depth > 0;
+    let is_shown =
+        |key: &str, value: &Value| !is_section(value) && !is_empty(value) && !is_above(key);
+    let has_own = entries.iter().any(|(key, value)| is_shown(key, value));
+    if !title.is_empty() && has_own {
         // Writing to a string cannot fail.
         let _ = writeln!(out, "<h3>{}</h3>", escaped(title));
     }
-    let is_section = |value: &Value| value.is_object() && depth > 0;
-    out.push_str("<dl class=\"metrics\">\n");
-    for (key, value) in entries.iter().filter(|(_, value)| !is_section(value)) {
+    out.push_str(if has_own { "<dl class=\"metrics\">\n" } else { "" });
+    for (key, value) in entries.iter().filter(|(key, value)| is_shown(key, value)) {
         let (name, unit) = named(key);
         let value = if unit.is_empty() || !value.is_number() {
             shown(value)
         } else {
             format!("{} {unit}", shown(value))
         };
-        let _ = writeln!(out, "<div><dt>{}</dt><dd>{}</dd></div>", escaped(&name), escaped(&value));
+        let hint = meaning(key).map(|words| format!(" title=\"{}\"", escaped(words)));
+        let hint = hint.unwrap_or_default();
+        let (name, value) = (escaped(&name), escaped(&value));
+        let _ = writeln!(out, "<div{hint}><dt>{name}</dt><dd>{value}</dd></div>");
     }
-    out.push_str("</dl>\n");
+    out.push_str(if has_own { "</dl>\n" } else { "" });
     for (key, value) in entries {
-        if let (Value::Object(inner), true) = (value, depth > 0) {
+        if let (Value::Object(inner), true) = (value, depth > 0 && !is_empty(value)) {
             let (name, _) = named(key);
             let title = if title.is_empty() { name } else { format!("{title} \u{203a} {name}") };
             section(out, &title, inner, depth - 1);
         }
     }
 }
+
+/// Whether a value says nothing.
+fn is_empty(value: &Value) -> bool {
+    match value {
+        Value::Null => true,
+        Value::Array(values) => values.is_empty(),
+        Value::Object(entries) => entries.values().all(is_empty),
+        Value::Bool(_) | Value::Number(_) | Value::String(_) => false,
+    }
+}
+
+/// Whether the page's head says it already.
+fn is_above(key: &str) -> bool {
+    ["title", "success", "failures"].contains(&key)
+}
+
+/// What a figure means, in the words of the book's chapter on metrics.
+fn meaning(key: &str) -> Option<&'static str> {
+    MEANINGS.iter().find(|(known, _)| *known == key).map(|(_, words)| *words)
+}
+
+const MEANINGS: [(&str, &str); 42] = [
+    ("hold_from_s", "the longest hover of the head in one place begins"),
+    ("hold_until_s", "it ends"),
+    ("t3_s", "time in the hold until the strengths of all links were equal to 3 dB, and stayed so"),
+    ("t1_s", "the same to 1 dB"),
+    (
+        "t_gap1_s",
+        "time in the hold until the weakest link was within 1 dB of that of the best chain",
+    ),
+    (
+        "t_repair_s",
+        "time from the last loss of a drone until the rest was within 1 dB of its best chain",
+    ),
+    (
+        "gap_db",
+        "how much weaker the weakest link is than that of the best chain, at the end of the hold",
+    ),
+    ("difference_db", "how much neighbouring links differ, at the end of the hold"),
+    ("hold_spread_db", "the largest difference between two links, at the end of the hold"),
+    ("swing_p95_db", "how much a link still swings at the end of the hold, 19 times of 20"),
+    ("position_sd_m", "how much relays still move at the end of the hold, standard deviation"),
+    ("path_m", "distance flown by a relay in the hold"),
+    (
+        "hold_violation",
+        "part of the hold in which a link was more than 0.5 dB weaker than the limit",
+    ),
+    ("relays_beyond_need", "relays in the hold beyond those that the best chain needs"),
+    ("bound_s", "the shortest time in which relays can come to the best places"),
+    ("launched", "the most relays that were in the chain at the same time"),
+    ("needed", "relays that the best chain needs so that no link is weaker than the limit"),
+    (
+        "violation",
+        "part of the time under way in which a link was more than 0.5 dB weaker than the limit",
+    ),
+    ("peak_excess_db", "by how much the weakest link was weaker than the limit at most"),
+    (
+        "cruise_gap_db",
+        "how much weaker the weakest link is than that of the best chain while the head flies in",
+    ),
+    ("farthest_m", "the head's greatest distance from the base, along the way"),
+    ("t_farthest_s", "when the head was there"),
+    ("head_heard_until_s", "the last time that the head was heard at the base"),
+    ("still_flying", "drones in the air at the end"),
+    ("order_lost", "how often a drone was on the wrong side of its neighbour"),
+    ("air_time", "part of the time in which a drone sends"),
+    ("weak", "packets that were too weak to be heard"),
+    ("chance", "packets lost by chance, as the scenario says"),
+    ("collision", "packets lost because two were sent at once"),
+    ("deaf", "packets that came while the receiver itself was sending, or off"),
+    ("cut", "packets that the scenario cut off"),
+    ("pilot_delay_p50_s", "time from the pilot's stick to the head's radio link, median"),
+    ("pilot_delay_p95_s", "the same, which one order in twenty exceeds"),
+    ("came_m", "how far the head came"),
+    ("could_m", "how far it could have come with a perfect chain"),
+    ("stood_s", "how long the head stood although it could have flown on"),
+    ("surplus_at_rest", "relays more than were needed at the end"),
+    ("covered", "part of the area that was surveyed"),
+    ("explored", "part of what a drone can reach that is known at the end"),
+    ("walls_found", "part of the rock about the place for which a map has a wall"),
+    ("false_walls", "part of the walls of the maps that are none"),
+    ("sealed", "whether packets are encrypted and authenticated"),
+];
 
 /// The endings of metric names, and the units that they stand for, longest first.
 const UNITS: [(&str, &str); 10] = [
@@ -82,12 +172,35 @@ fn shown(value: &Value) -> String {
             _ => number.to_string().replace('-', "\u{2212}"),
         },
         Value::String(text) => text.clone(),
+        Value::Array(values)
+            if !values.is_empty() && values.iter().all(|it| state(it).is_some()) =>
+        {
+            counted_states(values.iter().filter_map(state))
+        }
         Value::Array(values) if values.len() <= 12 => {
             values.iter().map(shown).collect::<Vec<_>>().join(", ")
         }
         Value::Array(values) => format!("{} values", values.len()),
         Value::Object(_) => value.to_string(),
     }
+}
+
+/// The state of a drone in the summary's list of drones.
+fn state(value: &Value) -> Option<&str> {
+    value.get("id").and(value.get("state")).and_then(Value::as_str)
+}
+
+/// How many drones are in each state, in the order in which states come: `3 landed, 1 idle`.
+fn counted_states<'a>(states: impl Iterator<Item = &'a str>) -> String {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for state in states {
+        match counts.iter_mut().find(|(known, _)| *known == state) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((state, 1)),
+        }
+    }
+    let words = counts.into_iter().map(|(state, count)| format!("{count} {state}"));
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// Three decimals below ten, two below a hundred, one above; without zeros at the end.
@@ -114,6 +227,21 @@ mod tests {
         let out = html(&serde_json::json!({ "gap_db": -1.25, "ok": true, "link": { "n": 2 } }));
         assert!(out.contains("<dt>Gap</dt><dd>\u{2212}1.25 dB</dd>"));
         assert!(out.contains("<dd>yes</dd>") && out.contains("<h3>Link</h3>"));
+    }
+
+    #[test]
+    fn what_says_nothing_is_left_out_and_hard_words_are_explained() {
+        let out = html(&serde_json::json!({
+            "metrics": { "t3_s": null, "violation": 0.1, "failures": [] },
+            "empty": { "came_m": null },
+            "drones": [{ "id": 0, "state": "landed" }, { "id": 1, "state": "idle" }],
+        }));
+        assert!(
+            !out.contains("T3") && !out.contains("Empty") && !out.contains("Failures"),
+            "{out}"
+        );
+        assert!(out.contains("title=\"part of the time under way"), "{out}");
+        assert!(out.contains("<dd>1 landed, 1 idle</dd>"), "{out}");
     }
 
     #[test]

@@ -3,29 +3,38 @@
 
 use std::fmt::Write;
 
-use benchmarks::explore::figures::{Figures, ROBOTS, explorations, growth, make, time_s, way_m};
+use benchmarks::explore::figures::{self, Figures, ROBOTS, explorations, growth, time_s, way_m};
 use explorers::Outcome;
+use input::InputError;
 use measure::campaign::quantile_of;
+use measure::claim::Claim;
+use report::Folder;
 use report::pictures::{BoxChart, GrowthChart, Growths, RunGroup, RunValues, box_plots, growths};
-use terminal::{Progress, runs};
+use terminal::Progress;
 
-use super::super::{Trouble, Verdict, interrupt};
-use super::{FiguresArgs, put_claims};
+use super::super::Trouble;
+use super::{Figured, FiguresArgs, put_claims, seeds, watched};
 
 /// The rules that the pictures show, with their names there.
-const RULES: [(&str, &str); 2] = [("thesis", "The thesis' rule"), ("ours", "Our rule")];
+pub(super) const RULES: [(&str, &str); 2] = [("thesis", "The thesis' rule"), ("ours", "Our rule")];
 
-pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
-    let count = runs(args.runs)?;
+/// The claims with so many runs from a seed on.
+pub(super) fn claims(count: usize, seed: u64) -> Result<Vec<Claim>, InputError> {
+    Ok(figures::make(count, seed, || ())?.claims())
+}
+
+pub(super) fn make(
+    args: &FiguresArgs,
+    count: usize,
+    folder: &mut Option<Folder>,
+) -> Result<Figured, Trouble> {
     let seed = args.common.seed;
-    interrupt::ends();
-    let mut folder = args.common.folder()?;
     let progress = Progress::new(explorations(count) as u64, args.common.quiet);
     progress.say("explorations");
-    let figures = make(count, seed, || progress.step())?;
+    let figures = figures::make(count, seed, || progress.step())?;
     drop(progress);
     let summary = figures.json(seed);
-    if let Some(folder) = &mut folder {
+    if let Some(folder) = folder {
         folder.put_json("summary.json", &summary)?;
         let overlap = |run: &Outcome| run.overlap;
         let boxes = [
@@ -50,9 +59,9 @@ pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
             report::put_picture(folder, name, &box_plots(&chart)?)?;
         }
         report::put_picture(folder, "figure-3-19", &growths(&grown(&figures))?)?;
+        watched::put(folder, &figures)?;
     }
-    args.common.finish(folder, &table(&figures), &summary)?;
-    Ok(Verdict::Good)
+    Ok(Figured { table: table(&figures), summary, seeds: seeds(seed, count) })
 }
 
 /// A quantity of all runs, by rule and number of robots but for the first so many.
@@ -93,6 +102,7 @@ fn grown(figures: &Figures) -> GrowthChart {
         title: "Thesis, figures 3.13 and 3.19 again".into(),
         subtitle: format!("The room of 8 by 8 m, mean of {} runs each", figures.runs),
         value_name: "Part of the room that is known".into(),
+        most: 1.03,
         groups: RULES
             .iter()
             .map(|(rule, label)| Growths { label: (*label).into(), curves: curves(rule) })
@@ -100,14 +110,14 @@ fn grown(figures: &Figures) -> GrowthChart {
     }
 }
 
-fn named(robots: usize) -> String {
+pub(super) fn named(robots: usize) -> String {
     if robots == 1 { "1 robot".to_owned() } else { format!("{robots} robots") }
 }
 
 fn table(figures: &Figures) -> String {
     let mut text = format!(
-        "Coordinated exploration, figures 3.11 to 3.22: the thesis' room, {} runs a row; medians, over \
-         all runs\n\n  {:11} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}\n",
+        "Coordinated exploration, figures 3.11 to 3.24: the thesis' room, {} runs a row; medians, over \
+         all runs\n\n  {:16} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}\n",
         figures.runs, "rule", "robots", "99 %", "time, s", "way, m", "overlap", "early",
     );
     for row in &figures.rows {
@@ -118,7 +128,7 @@ fn table(figures: &Figures) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "  {:11} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}",
+            "  {:16} {:>6} {:>6} {:>7} {:>6} {:>8} {:>8}",
             row.rule,
             row.robots,
             row.count(|run| run.t99_s.is_some()),

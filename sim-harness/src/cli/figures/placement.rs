@@ -3,24 +3,26 @@
 
 use std::fmt::Write;
 
-use planning::situations::{Figures, Situation, Trial, make};
+use planning::situations::{self, Figures, Situation, Trial};
+use report::Folder;
 use report::pictures::{BoxChart, RunGroup, RunValues, box_plots, node_maps, node_situations};
-use terminal::{Progress, runs};
+use terminal::Progress;
 
-use super::super::{Trouble, Verdict, interrupt};
-use super::{FiguresArgs, put_claims};
+use super::super::Trouble;
+use super::{Figured, FiguresArgs, put_claims};
 
-pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
-    let count = runs(args.runs)?;
+pub(super) fn make(
+    args: &FiguresArgs,
+    count: usize,
+    folder: &mut Option<Folder>,
+) -> Result<Figured, Trouble> {
     let seed = args.common.seed;
-    interrupt::ends();
-    let mut folder = args.common.folder()?;
     let progress = Progress::new((Situation::ALL.len() * count) as u64, args.common.quiet);
     progress.say("caves");
-    let figures = make(count, seed, || progress.step());
+    let figures = situations::make(count, seed, || progress.step());
     drop(progress);
     let summary = figures.json(seed);
-    if let Some(folder) = &mut folder {
+    if let Some(folder) = folder {
         folder.put_json("summary.json", &summary)?;
         report::put_picture(folder, "new-area", &box_plots(&chart(&figures))?)?;
         report::put_picture(folder, "figure-4", &node_situations(&figures.scenes)?)?;
@@ -30,8 +32,7 @@ pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
             report::put_picture(folder, "figures-2-and-3", &node_maps(scene)?)?;
         }
     }
-    args.common.finish(folder, &table(&figures), &summary)?;
-    Ok(Verdict::Good)
+    Ok(Figured { table: table(&figures), summary, seeds: format!("from {seed}") })
 }
 
 /// The new areas of all trials as box plots.

@@ -3,59 +3,81 @@
 
 use std::fmt::Write;
 
+use benchmarks::forces::figures::{self, Reading, TABLE_2, TABLE_3, cases};
 use input::InputError;
+use measure::claim::{Answer, Claim};
+use report::Folder;
 use serde_json::{Value, json};
-use swarms::bench::{PAPER_MOST, Row};
-use swarms::figures::{Reading, TABLE_2, TABLE_3, cases, readings};
-use swarms::{Phase, Place};
-
-use super::super::{Trouble, Verdict, interrupt};
-use super::FiguresArgs;
-use benchmarks::forces::measure::{fly, json as row_json};
+use swarms::bench::PAPER_MOST;
+use swarms::{Phase, Place, TooMany};
 use terminal::Progress;
-use terminal::runs;
+
+use super::super::Trouble;
+use super::{Figured, FiguresArgs, put_claims, seeds};
 
 /// The file that holds the rows of all readings.
 const FILE: &str = "swarm.json";
+/// The readings whose claims are printed in full: the paper's rule to the letter, and ours.
+const PRINTED: [&str; 2] = ["literal", "ours"];
 
-pub(super) fn run(args: &FiguresArgs) -> Result<Verdict, Trouble> {
-    let count = runs(args.runs)?;
+/// The claims of all readings with so many flights from a seed on.
+pub(super) fn claims(count: usize, seed: u64) -> Result<Vec<(&'static str, Claim)>, InputError> {
+    let readings = figures::make(count, seed, || ()).map_err(refused)?;
+    let of = |reading: &Reading| {
+        let name = reading.rule.name;
+        reading.claims().into_iter().map(move |claim| (name, claim))
+    };
+    Ok(readings.iter().flat_map(of).collect())
+}
+
+pub(super) fn make(
+    args: &FiguresArgs,
+    count: usize,
+    folder: &mut Option<Folder>,
+) -> Result<Figured, Trouble> {
     let seed = args.common.seed;
-    interrupt::ends();
-    let mut folder = args.common.folder()?;
-    let cases = cases();
-    let progress = Progress::new(cases.len() as u64, args.common.quiet);
+    let progress = Progress::new(cases() as u64, args.common.quiet);
     progress.say("cases");
-    let rows = fly(&cases, count, seed, || progress.step()).map_err(|error| {
-        InputError::new(error.to_string(), "choose a size of swarm in that range")
-    })?;
+    let readings = figures::make(count, seed, || progress.step()).map_err(refused)?;
     drop(progress);
-    let mut text = format!(
-        "Swarms by virtual forces: {count} flights a row, seeds from {seed}\n\n  table 2, rounds of a \
-         survey with 1 to 6 drones; table 3, links lost with 2 to 6\n\n{}",
-        line("paper", &TABLE_2, &TABLE_3),
-    );
-    let mut summary = Vec::new();
-    for rule in readings() {
-        let rows: Vec<Row> = rows.iter().filter(|row| row.rule == rule.name).cloned().collect();
-        text.push_str(&tables(rule.name, &Reading(&rows)));
-        summary.push(value(rule.name, &rows));
-    }
-    for rule in readings() {
-        let rows: Vec<Row> = rows.iter().filter(|row| row.rule == rule.name).cloned().collect();
-        text.push_str(&trends(rule.name, &Reading(&rows)));
-    }
+    let values: Vec<Value> = readings.iter().map(Reading::json).collect();
     let summary = json!({
         "runs": count,
         "seed": seed,
         "paper": { "table_2_rounds": TABLE_2, "table_3_links_lost": TABLE_3 },
-        "readings": summary,
+        "readings": values,
     });
-    if let Some(folder) = &mut folder {
+    if let Some(folder) = folder {
         folder.put_json(FILE, &summary)?;
     }
-    args.common.finish(folder, &text, &summary)?;
-    Ok(Verdict::Good)
+    Ok(Figured { table: table(&readings, count, seed), summary, seeds: seeds(seed, count) })
+}
+
+fn refused(error: TooMany) -> InputError {
+    InputError::new(error.to_string(), "choose a size of swarm in that range")
+}
+
+fn table(readings: &[Reading], count: usize, seed: u64) -> String {
+    let mut text = format!(
+        "Swarms by virtual forces: {count} flights a row, seeds from {seed}\n\n  table 2, mean rounds of a \
+         survey with 1 to 6 drones; table 3, mean links lost with 2 to 6\n\n{}",
+        line("paper", &TABLE_2, &TABLE_3),
+    );
+    for reading in readings {
+        text.push_str(&tables(reading));
+    }
+    text.push_str(
+        "\n  figure 12, set-up, and figure 14, crossing: means in ideal durations, 1 to 6 drones\n",
+    );
+    for reading in readings {
+        text.push_str(&trends(reading));
+    }
+    text.push_str(&verdicts(readings));
+    for reading in readings.iter().filter(|reading| PRINTED.contains(&reading.rule.name)) {
+        let _ = write!(text, "\nBy {}:", reading.rule.name);
+        put_claims(&mut text, ("paper's", ""), &reading.claims());
+    }
+    text
 }
 
 fn line(name: &str, rounds: &[f32], lost: &[f32]) -> String {
@@ -73,11 +95,11 @@ fn line(name: &str, rounds: &[f32], lost: &[f32]) -> String {
 }
 
 /// One line: both tables.
-fn tables(name: &str, reading: &Reading<'_>) -> String {
+fn tables(reading: &Reading) -> String {
     let surveys = || (1..=PAPER_MOST).filter_map(|drones| reading.survey(drones));
     let rounds: Vec<f32> = surveys().map(|row| row.steps.unwrap_or(f32::NAN)).collect();
     let lost: Vec<f32> = surveys().skip(1).map(|row| row.links_lost).collect();
-    let mut text = line(name, &rounds, &lost);
+    let mut text = line(reading.rule.name, &rounds, &lost);
     let stuck: usize = surveys().map(|row| row.stuck).sum();
     if stuck > 0 {
         // Writing to a string cannot fail.
@@ -86,12 +108,9 @@ fn tables(name: &str, reading: &Reading<'_>) -> String {
     text
 }
 
-/// A block for each reading: the ratios of both figures, and the paper's claims.
-fn trends(name: &str, reading: &Reading<'_>) -> String {
-    let mut text = format!(
-        "\n{name}: figure 12, set-up, and figure 14, crossing, both in ideal durations, with 1 to 6 \
-         drones\n\n"
-    );
+/// A block for each reading: the ratios of both figures.
+fn trends(reading: &Reading) -> String {
+    let mut text = format!("\n  {}\n", reading.rule.name);
     for place in Place::ALL {
         // Writing to a string cannot fail.
         let _ = write!(text, "  {}", place.name());
@@ -107,28 +126,26 @@ fn trends(name: &str, reading: &Reading<'_>) -> String {
             text.push_str(if phase == Phase::Setup { "  |" } else { "\n" });
         }
     }
-    text.push('\n');
-    for claim in reading.claims() {
-        let verdict = if claim.holds { "holds" } else { "does not hold" };
-        let _ =
-            writeln!(text, "  {}: {}\n    {verdict}: {}", claim.source, claim.claim, claim.found);
-    }
     text
 }
 
-fn value(name: &str, rows: &[Row]) -> Value {
-    let claims: Vec<Value> = Reading(rows)
-        .claims()
-        .into_iter()
-        .map(|claim| {
-            json!({
-                "source": claim.source,
-                "claim": claim.claim,
-                "holds": claim.holds,
-                "found": claim.found,
-            })
-        })
-        .collect();
-    let rows: Vec<Value> = rows.iter().map(|row| row_json(row, rows)).collect();
-    json!({ "reading": name, "claims": claims, "rows": rows })
+/// A line for each claim, with the verdict on each reading.
+fn verdicts(readings: &[Reading]) -> String {
+    let mut text = "\nThe paper's claims: + holds, − does not hold, ? cannot be told from so many \
+                    flights. The columns are the readings in the order above\n\n"
+        .to_owned();
+    let all: Vec<Vec<Claim>> = readings.iter().map(Reading::claims).collect();
+    for (n, first) in all.first().into_iter().flatten().enumerate() {
+        text.push(' ');
+        for claim in all.iter().filter_map(|claims| claims.get(n)) {
+            text.push_str(match claim.answer() {
+                Answer::Holds => " +",
+                Answer::DoesNotHold => " −",
+                Answer::CannotBeTold => " ?",
+            });
+        }
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {}: {}", first.source, first.claim);
+    }
+    text
 }

@@ -18,7 +18,7 @@ fn a_run_that_never_ends_is_in_every_claim() {
     let one: Vec<_> = (0..30).map(|n| Some(100.0 + n as f32)).collect();
     let two: Vec<_> = (0..30).map(|n| (n > 5).then_some(20.0)).collect();
     let rows = vec![row(THESIS, 1, &one), row(THESIS, 2, &two)];
-    let figures = Figures { rows, runs: 30 };
+    let figures = Figures { rows, watched: Vec::new(), runs: 30 };
     let claims = figures.claims();
     let all = &claims[0];
     assert_eq!(all.found[1].answer, Answer::DoesNotHold, "24 of 30: {all}");
@@ -42,4 +42,25 @@ fn each_claim_has_its_explorations() {
     let figures = make(1, 1, || ()).unwrap();
     assert_eq!(figures.rows.len(), explorations(1));
     assert!(figures.claims().iter().all(|claim| !claim.found.is_empty()));
+}
+
+#[test]
+fn the_targets_of_figure_3_17_follow_the_three_rules() {
+    let figures = make(2, 1, || ()).unwrap();
+    let pair = figures.watched.iter().find(|row| (row.rule, row.robots) == (THESIS, 2)).unwrap();
+    for targets in pair.runs.iter().map(|run| run.targets.as_ref().unwrap()) {
+        let is_candidate = |at| targets.places.iter().any(|place| place.position == at);
+        for at in [targets.first, targets.alike, targets.removed, targets.scheduled] {
+            assert!(is_candidate(at), "{at:?}");
+        }
+        assert_ne!(targets.first, targets.removed);
+        assert_ne!(targets.first, targets.scheduled);
+    }
+    // The film of the first run has a picture for each second, and its robots only ever know more.
+    assert_eq!(pair.film.len(), pair.runs[0].candidates.len());
+    let known = |glance: &explorers::Glance| {
+        let is_known = |state: &&grid_map::CellState| **state != grid_map::CellState::Unknown;
+        glance.maps.iter().flatten().filter(is_known).count()
+    };
+    assert!(known(&pair.film[0]) < known(pair.film.last().unwrap()));
 }
