@@ -14,11 +14,12 @@ use crate::tile::{Gain, SIDE, Tile};
 const KEPT_OFF: i16 = 2;
 /// A robot that stands nearer to an obstacle may leave through so many cells.
 const LEAVING: u16 = 4;
-/// By how much a step through a cell that is too near to an obstacle counts as longer, where a robot has to
-/// leave from there or has been there, and a step beside such cells. Our own numbers: a robot flies off its way
-/// by a cell, and takes another way where one keeps three cells off.
-const NEAR_FACTOR: u8 = 8;
-const BESIDE_NEAR_FACTOR: u8 = 3;
+/// By how much a step through a cell that is too near to an obstacle counts as longer, where a robot may leave
+/// through it or has been there, and a step beside such cells. Our own numbers: a robot flies off its way by a
+/// cell, and takes a way that keeps three cells off where there is one; with 8 and 3 it missed what is seen through
+/// gaps of one cell.
+const NEAR_FACTOR: u8 = 5;
+const BESIDE_NEAR_FACTOR: u8 = 2;
 /// By how much a step through the unknown counts as longer: it may turn out to be blocked. Our own
 /// number.
 const UNKNOWN_FACTOR: u8 = 2;
@@ -344,13 +345,12 @@ impl<
             avoided.is_some_and(|disc| frame.centre(cell).distance(disc.middle).0 < disc.radius.0)
         };
         let is_near = |cell: Cell| near_wall.contains(frame.number(cell));
-        let leaves = is_near(start);
         let kept_off = |cell: Cell| match is_near(cell) {
             false if frame.sides(cell).any(is_near) => Some(BESIDE_NEAR_FACTOR),
             false => Some(1),
             true => {
                 let off = cell.column.abs_diff(start.column).max(cell.row.abs_diff(start.row));
-                let may = leaves && off <= LEAVING || trail.contains(frame.number(cell));
+                let may = off <= LEAVING || trail.contains(frame.number(cell));
                 may.then_some(NEAR_FACTOR)
             }
         };

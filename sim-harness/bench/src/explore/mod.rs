@@ -8,14 +8,15 @@ pub mod scale;
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use agent::MOST_EXPLORERS;
 use clap::{Args, ValueEnum};
 use explorers::{Air, PLANS, ROBOTS, Scale, Senses, Sensor, World};
 use input::InputError;
 
 use self::measure::{Comparison, LONGEST_S, LOSS, Named, Row};
 use super::{Benchmark, Outcome, Session};
-use scenario::Fidelity;
 use planning::explored::explored;
+use scenario::Fidelity;
 use terminal::{FidelityArg, NetworkArg, SensorArg, counted, runs};
 
 /// The numbers of drones of a mission where none is named.
@@ -65,7 +66,7 @@ pub(crate) struct ExploreBench {
     /// How packets come from robot to robot; where left out, in a mesh
     #[arg(long, value_enum)]
     network: Option<NetworkArg>,
-    /// Let the robots' positions drift as those by optic flow do
+    /// Let positions drift as those by optic flow do
     #[arg(long)]
     drift: bool,
     /// Measure how long a leader's round takes with up to 64 robots instead
@@ -90,9 +91,15 @@ impl Benchmark for ExploreBench {
 impl ExploreBench {
     /// The missions of drones.
     fn choice(&self) -> Result<missions::Choice, InputError> {
+        let is_of_the_thesis = [
+            ("--map", !self.map.is_empty()),
+            ("--sensor", self.sensor.is_some()),
+            ("--network", self.network.is_some()),
+        ];
+        belong_to(Model::Thesis, &is_of_the_thesis)?;
         let drones = match self.robots.as_slice() {
             [] => DRONES.to_vec(),
-            _ => self.robots()?,
+            _ => self.robots(MOST_EXPLORERS)?,
         };
         let rules = if self.ablation { self.rules()? } else { measure::rules(&self.named()) };
         Ok(missions::Choice {
@@ -110,7 +117,10 @@ impl ExploreBench {
     }
 
     fn explore(&self, session: &Session<'_>) -> Result<Outcome, InputError> {
-        let (worlds, rules, robots) = (self.worlds()?, self.rules()?, self.robots()?);
+        let are_of_drones =
+            [("--drawn", self.drawn.is_some()), ("--fidelity", self.fidelity.is_some())];
+        belong_to(Model::Drones, &are_of_drones)?;
+        let (worlds, rules, robots) = (self.worlds()?, self.rules()?, self.robots(ROBOTS)?);
         let count = runs(self.runs)?;
         let total = worlds.len() * rules.len() * robots.len() * count;
         let progress = session.progress(total, "explorations");
@@ -153,15 +163,30 @@ impl ExploreBench {
         Ok(measure::rules(&self.rule))
     }
 
-    fn robots(&self) -> Result<Vec<usize>, InputError> {
+    fn robots(&self, most: usize) -> Result<Vec<usize>, InputError> {
         if self.robots.is_empty() {
             return Ok((1..=MOST_BY_DEFAULT).collect());
         }
-        if let Some(wrong) = self.robots.iter().find(|count| !(1..=ROBOTS).contains(count)) {
-            let remedy = format!("give a number from 1 to {ROBOTS}");
+        if let Some(wrong) = self.robots.iter().find(|count| !(1..=most).contains(*count)) {
+            let remedy = format!("give a number from 1 to {most}");
             return Err(InputError::new(format!("--robots {wrong} is out of range"), remedy));
         }
         Ok(self.robots.clone())
+    }
+}
+
+/// Refuses the first of these options that was given, since it belongs to the other model.
+fn belong_to(model: Model, given: &[(&str, bool)]) -> Result<(), InputError> {
+    let name = match model {
+        Model::Drones => "drones",
+        Model::Thesis => "thesis",
+    };
+    match given.iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => {
+            let wrong = format!("{option} belongs to the robots of --model {name}");
+            Err(InputError::new(wrong, format!("give --model {name}, or leave {option} out")))
+        }
+        None => Ok(()),
     }
 }
 

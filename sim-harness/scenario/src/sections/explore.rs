@@ -2,8 +2,8 @@
 
 use agent::ExploreConfig;
 use frontier::{RULES, Rule, RuleEntry};
-use input::{InputError, suggest};
 use input::reader::{At, Pair, Reader};
+use input::{InputError, suggest};
 use serde::Deserialize;
 use units::{Metres, MetresPerSecond, Point2, Pose2, Radians, RadiansPerSecond};
 

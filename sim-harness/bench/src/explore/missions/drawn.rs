@@ -64,10 +64,8 @@ impl Drawing {
             self.rooms.push(whole);
             return;
         }
-        let at = between(
-            random,
-            [whole[axis] + LEAST_SIDE_M, whole[axis + 2] - LEAST_SIDE_M - WALL_M],
-        );
+        let at =
+            between(random, [whole[axis] + LEAST_SIDE_M, whole[axis + 2] - LEAST_SIDE_M - WALL_M]);
         let (mut first, mut second) = (whole, whole);
         first[axis + 2] = at;
         second[axis] = at + WALL_M;
@@ -119,10 +117,5 @@ fn with_pillar(random: &mut Stream, room: Room) -> Vec<Room> {
         between(random, [w + BESIDE_PILLAR_M, e - BESIDE_PILLAR_M - side]),
         between(random, [s + BESIDE_PILLAR_M, n - BESIDE_PILLAR_M - side]),
     ];
-    vec![
-        [w, s, at[0], n],
-        [at[0] + side, s, e, n],
-        [w, s, e, at[1]],
-        [w, at[1] + side, e, n],
-    ]
+    vec![[w, s, at[0], n], [at[0] + side, s, e, n], [w, s, e, at[1]], [w, at[1] + side, e, n]]
 }

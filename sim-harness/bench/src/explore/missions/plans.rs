@@ -142,7 +142,10 @@ const NAMED: [(&str, &[Room]); 10] = [
 impl Plan {
     /// The named plans.
     pub(super) fn named() -> Vec<Self> {
-        let plan = |(name, rooms): &(&str, &[Room])| Self { name: (*name).to_owned(), rooms: rooms.to_vec() };
+        let plan = |(name, rooms): &(&str, &[Room])| Self {
+            name: (*name).to_owned(),
+            rooms: rooms.to_vec(),
+        };
         NAMED.iter().map(plan).collect()
     }
 
