@@ -14,6 +14,9 @@ const BOTH: f32 = 0.6;
 /// By so much nearer to each other robots come that pass each other, m: to 0.48 m of the 0.8 m of a drone
 /// that knows its place. Our own number.
 const NEARER: f32 = 0.32;
+/// On the way to where it stood in the row, 0.35 m from the next, a robot comes as near as this part of the distance
+/// to those with higher numbers, which go out of its way. Our own number: 0.4 of a drone's 0.8 m.
+const IN_THE_ROW: f32 = 0.5;
 /// A robot that goes out of the way needs this part of the distance clear ahead of it. Our own number.
 const CLEAR: f32 = 0.4;
 /// A robot that stands, with another one nearer than by so much more than the distance that it keeps, has
@@ -51,8 +54,15 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         // Robots on their way back follow each other.
         let passes = self.avoided(now).is_some() && !self.is_recalled;
         let nearer = if passes { NEARER } else { 0.0 };
-        let limits = ((distance.0 - nearer).max(0.0), self.config.limits.speed);
-        kept_apart(self.config.number, pose.at, wanted, limits, self.others(now), is_clear)
+        let distance = (distance.0 - nearer).max(0.0);
+        let goes_first = self.is_recalled && self.meeting.is_near(pose.at);
+        let number = self.config.number;
+        let from = |other: u8| match goes_first && other > number {
+            true => IN_THE_ROW * distance,
+            false => distance,
+        };
+        let limits = (from, self.config.limits.speed);
+        kept_apart(number, pose.at, wanted, limits, self.others(now), is_clear)
     }
 
     /// Takes another robot that stands near this one, which stands as well, to be in the way for some time:
@@ -80,19 +90,21 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
 type Other = (u8, Point2);
 
 /// The velocity, to the east and to the north in m/s, that a robot `number` at `here` flies in place of
-/// `wanted`. Within `distance` (m) of another robot it does not come nearer to it; the one of the higher
+/// `wanted`. Within its `distance` (m) of another robot it does not come nearer to it; the one of the higher
 /// number goes away from it, unless `is_clear` says that a wall is there. It stops where the way that
 /// this leaves is not clear.
 fn kept_apart(
     number: u8,
     here: Point2,
     wanted: [f32; 2],
-    (distance, speed): (f32, f32),
+    (distance, speed): (impl Fn(u8) -> f32, f32),
     others: impl Iterator<Item = Other>,
     is_clear: impl Fn(Point2) -> bool,
 ) -> [f32; 2] {
     let mut velocity = wanted;
+    let mut clear = 0.0_f32;
     for (other, at) in others {
+        let distance = distance(other);
         let off = at.distance(here).0;
         if off >= distance || off <= 0.0 {
             continue;
@@ -104,12 +116,13 @@ fn kept_apart(
         let most = if yields && is_clear(behind) { -YIELDING * speed } else { 0.0 };
         let by = (towards - most).max(0.0);
         velocity = [velocity[0] - by * east, velocity[1] - by * north];
+        clear = clear.max(CLEAR * distance);
     }
     let pace = libm::sqrtf(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
     if velocity == wanted || pace <= 0.0 {
         return velocity;
     }
-    let ahead = CLEAR * distance / pace;
+    let ahead = clear / pace;
     let to = Point2::new(here.x + ahead * velocity[0], here.y + ahead * velocity[1]);
     if is_clear(to) { velocity } else { [0.0; 2] }
 }

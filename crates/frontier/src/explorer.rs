@@ -58,6 +58,10 @@ pub struct Config {
     pub forwards: bool,
     /// Whether a robot that is told to stop flies back to where it began first, and stops there.
     pub returns: bool,
+    /// How far ahead of where it began, by its first heading, a robot that comes back stops (m): 0 for one that knows
+    /// its place, which then comes as near to others there as they stood before, and more for one whose place drifts
+    /// and that might come down on another.
+    pub stops_ahead: f32,
     /// Whether it is no robot but an access point: it stands, has no goal, and leads where it has the
     /// lowest number.
     pub stands: bool,
@@ -78,6 +82,7 @@ impl Config {
             search_cells: 0,
             forwards: true,
             returns: false,
+            stops_ahead: 0.0,
             stands: false,
         }
     }
@@ -385,7 +390,7 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
         }
         if is_due(self.refreshed, now) {
             self.refreshed = Some(now);
-            self.meeting.start.get_or_insert(inputs.pose.at);
+            self.meeting.begin(inputs.pose, self.config.stops_ahead);
             self.forget_silent(now);
             self.begin_to_compare();
         }

@@ -21,6 +21,10 @@ const MOST_TRIES: u8 = 3;
 /// other's place. Our own number.
 const AT_HOME: f32 = 0.04;
 
+/// A robot is at the row in which robots stood within this of where it began, m: six of them, 0.35 m apart, are at it
+/// to the last.
+const ROW: f32 = 1.8;
+
 /// Where a robot waits, and since when.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
@@ -38,6 +42,18 @@ pub(crate) struct Meeting {
 impl Meeting {
     pub(crate) const fn new() -> Self {
         Self { start: None, planned: None, since: None, standing: Standing::NEW, tries: 0 }
+    }
+
+    /// Notes where the robot comes back to, before it has flown.
+    pub(crate) fn begin(&mut self, pose: Pose2, ahead: f32) {
+        let (sin, cos) = pose.yaw.sin_cos();
+        let at = || Point2::new(pose.at.x + ahead * cos, pose.at.y + ahead * sin);
+        self.start.get_or_insert_with(at);
+    }
+
+    /// Whether a place lies where robots stood in a row before they took off.
+    pub(crate) fn is_near(&self, at: Point2) -> bool {
+        self.start.is_some_and(|start| start.distance(at).0 < ROW)
     }
 
     /// Looks for the way there anew.

@@ -80,14 +80,13 @@ pub(super) fn bench(choice: &Choice, session: &mut Session<'_>) -> Result<Outcom
 
 /// The bounds that were missed, one line each.
 fn missed(rows: &[Row]) -> Vec<String> {
-    let count = |is: fn(&Flown) -> bool| rows.iter().map(|row| row.count(is)).sum::<usize>();
-    let bounds: [(&str, fn(&Flown) -> bool); 2] =
-        [("with a touch", Flown::touched), ("called a success wrongly", Flown::is_false_success)];
-    let of = |(what, is): (&str, fn(&Flown) -> bool)| {
-        let count = count(is);
+    let of = |what: &str, is: fn(&Flown) -> bool| {
+        let count: usize = rows.iter().map(|row| row.count(is)).sum();
         (count > 0).then(|| format!("explore: {count} missions {what}, must be 0"))
     };
-    bounds.into_iter().filter_map(of).collect()
+    let touched = of("with a touch", Flown::touched);
+    let wrongly = of("called a success wrongly", Flown::is_false_success);
+    touched.into_iter().chain(wrongly).collect()
 }
 
 fn table(choice: &Choice, rows: &[Row]) -> String {
