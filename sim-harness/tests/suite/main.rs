@@ -11,6 +11,7 @@ mod cli;
 mod craft;
 mod damaged_logs;
 mod explorations;
+mod explored_plans;
 mod explorers_and_swarms;
 mod faults;
 mod fork;
