@@ -114,8 +114,10 @@ fn kept_apart(
         let yields = number > other || off < BOTH * distance;
         let behind = Point2::new(here.x - east * distance, here.y - north * distance);
         let most = if yields && is_clear(behind) { -YIELDING * speed } else { 0.0 };
-        let by = (towards - most).max(0.0);
-        velocity = [velocity[0] - by * east, velocity[1] - by * north];
+        let by = towards - most;
+        if by > 0.0 {
+            velocity = [velocity[0] - by * east, velocity[1] - by * north];
+        }
         clear = clear.max(CLEAR * distance);
     }
     let pace = libm::sqrtf(velocity[0] * velocity[0] + velocity[1] * velocity[1]);

@@ -46,8 +46,10 @@ fn slowed(velocity: [f32; 2], at: Point2, wall: Point2) -> [f32; 2] {
     }
     let [east, north] = [(wall.x - at.x) / off, (wall.y - at.y) / off];
     let towards = velocity[0] * east + velocity[1] * north;
-    let by = (towards - ((off - KEPT) / LAG).max(0.0)).max(0.0);
-    [velocity[0] - by * east, velocity[1] - by * north]
+    let most = (off - KEPT) / LAG;
+    let by = if most > 0.0 { towards - most } else { towards };
+    // The larger of zero and zero with a sign is another one on the chip than on a laptop.
+    if by > 0.0 { [velocity[0] - by * east, velocity[1] - by * north] } else { velocity }
 }
 
 #[cfg(test)]
