@@ -59,8 +59,7 @@ pub struct Config {
     /// Whether a robot that is told to stop flies back to where it began first, and stops there.
     pub returns: bool,
     /// How far ahead of where it began, by its first heading, a robot that comes back stops (m): 0 for one that knows
-    /// its place, which then comes as near to others there as they stood before, and more for one whose place drifts
-    /// and that might come down on another.
+    /// its place, and more for one whose place drifts and that might come down on what stands behind it.
     pub stops_ahead: f32,
     /// Whether it is no robot but an access point: it stands, has no goal, and leads where it has the
     /// lowest number.

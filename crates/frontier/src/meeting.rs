@@ -14,7 +14,7 @@ use crate::team::TRUST;
 use crate::tile::Tile;
 
 /// A recalled robot that comes no farther looks for its way back anew so many times. Our own number: it
-/// stands for 10 s each time at 0.3 rad/s, and a drone keeps charge for 20 s and half of its way.
+/// stands for 6 s each time at 0.5 rad/s, and a drone keeps charge for 20 s and half of its way.
 const MOST_TRIES: u8 = 3;
 
 /// A recalled robot stops this near to where it began, m: two of those that stand 0.35 m apart then do not stand in each

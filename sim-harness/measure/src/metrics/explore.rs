@@ -29,7 +29,7 @@ pub struct ExploreMetrics {
     pub t50_s: f32,
     /// When 99 % of them were known, s.
     pub t99_s: f32,
-    /// When the last drone explored no more: it flew home, or began to land, s.
+    /// When the last drone explored no more, s: it flew home since nothing was left, or began to land.
     pub ended_s: f32,
     /// The least distance of two flying drones, five times a second, m.
     pub closest_drones_m: f32,

@@ -48,7 +48,7 @@ pub(super) enum Called {
     Home { by_operator: bool },
     /// To stop where they are.
     Stop,
-    /// They were not, and each flies home when its own battery or place calls for it.
+    /// They were not, and each flies home when nothing is left, or its own battery or place calls for it.
     EachByItself,
 }
 
@@ -79,10 +79,8 @@ impl Called {
         if is_ordered && end.state.is_airborne() {
             return Some(Failure::StillFlying(drone));
         }
-        let down = Down::of_end(end).filter(|_| match self {
-            Self::Home { .. } | Self::EachByItself => true,
-            Self::Not | Self::Down | Self::Stop => false,
-        });
+        let comes_home = matches!(self, Self::Home { .. } | Self::EachByItself);
+        let down = Down::of_end(end).filter(|_| comes_home);
         if let (Some(why), Some(apart_m)) = (down, end.distance_from_home())
             && apart_m > home_m
         {

@@ -70,11 +70,11 @@ impl ExploreTable {
         })
     }
 
-    /// The rule, without the looks from afar that no drone has.
+    /// The rule, as drones follow it.
     fn rule(&self, usual: Rule, reader: &Reader<'_>) -> Result<Rule, InputError> {
         let Some(name) = &self.rule else { return Ok(usual) };
         let found = RuleEntry::named(name.as_ref()).map(|entry| entry.rule);
-        found.map(|rule| Rule { looks_from_afar: false, ..rule }).ok_or_else(|| {
+        found.map(ExploreConfig::on_board).ok_or_else(|| {
             let names = RULES.map(|entry| entry.name);
             let wrong = format!("there is no rule \"{}\"", name.as_ref());
             reader.wrong(name, wrong, suggest::one_of(name.as_ref(), &names))

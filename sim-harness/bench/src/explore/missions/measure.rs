@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use agent::ExploreConfig;
 use frontier::Rule;
 use input::InputError;
 use measure::metrics::{ExploreMetrics, Reference};
@@ -39,8 +40,7 @@ impl Case {
         let file = format!("{plan}.toml");
         let mut scenario = Scenario::of_text(Path::new(&file), &text)?;
         scenario.fidelity = fidelity;
-        // No drone looks from afar.
-        scenario.agent.explore.rule = Rule { looks_from_afar: false, ..constants };
+        scenario.agent.explore.rule = ExploreConfig::on_board(constants);
         Ok(Self { plan: plan.to_owned(), rule, drones, scenario, text })
     }
 }
