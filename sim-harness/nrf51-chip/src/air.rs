@@ -70,6 +70,15 @@ pub struct Transmission {
     pub packet: OnAir,
 }
 
+/// A packet for which the chip's transmitter ramps up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Upcoming {
+    /// When its first bit will be on the air, in cycles since the chip's start.
+    pub start: Cycles,
+    /// The packet, as it is in memory when the ramp-up begins.
+    pub packet: OnAir,
+}
+
 /// A packet that reaches the chip's antenna.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Incoming {

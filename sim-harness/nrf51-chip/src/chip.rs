@@ -7,7 +7,7 @@ use std::sync::Arc;
 use units::Volts;
 
 use crate::Cycles;
-use crate::air::{Incoming, Rate, Transmission};
+use crate::air::{Incoming, Rate, Transmission, Upcoming};
 use crate::core::{Core, Fault};
 use crate::image::{APPLICATION, Program};
 use crate::peripherals::{Bus, PinChange, PinLevel, SentByte, Unknown};
@@ -39,6 +39,8 @@ pub struct Radio {
     pub rate: Rate,
     /// The address at which it is reached alone.
     pub address: [u8; 5],
+    /// The power at which it sends, in dBm.
+    pub power: i8,
     /// Whether it receives at this moment.
     pub listens: bool,
     /// Packets that ended while it did not receive them, since its last power-up.
@@ -173,6 +175,12 @@ impl Chip {
     /// The packets whose sending has ended since the last call.
     pub fn take_transmissions(&mut self) -> Vec<Transmission> {
         self.bus.take_transmissions()
+    }
+
+    /// The packets for which the transmitter began to ramp up since the last call: each is taken before
+    /// its first bit is on the air where this is called at least once in a ramp-up, every 140 µs.
+    pub fn take_upcoming(&mut self) -> Vec<Upcoming> {
+        self.bus.take_upcoming()
     }
 
     /// The changes of pins since the last call.

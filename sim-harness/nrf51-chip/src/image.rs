@@ -1,4 +1,7 @@
-//! Reads the radio chip's firmware: an ELF file, or the plain image that goes to 0x1B000.
+//! Reads the radio chip's firmware: an ELF file, an Intel hex file, or the plain image that goes to
+//! 0x1B000.
+
+mod hex;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -25,6 +28,11 @@ pub enum ImageError {
     Unreadable(PathBuf, String),
     /// The file is an ELF file that is damaged or for another machine.
     BadElf(String),
+    /// The file is an Intel hex file, and a line of it is damaged.
+    BadHex {
+        /// The number of the line, from 1 on.
+        line: usize,
+    },
     /// A part of the file is to be loaded where the chip has no flash.
     OutsideFlash {
         /// The address of the part.
@@ -41,6 +49,7 @@ impl fmt::Display for ImageError {
         match self {
             Self::Unreadable(path, why) => write!(f, "{}: {why}", path.display()),
             Self::BadElf(why) => write!(f, "this is no ELF file for ARM: {why}"),
+            Self::BadHex { line } => write!(f, "line {line} of this Intel hex file is damaged"),
             Self::OutsideFlash { address, size } => {
                 write!(f, "{size} bytes at {address:#x} are outside of the chip's flash")
             }
@@ -77,7 +86,7 @@ impl Program {
         Self::of(&file)
     }
 
-    /// Loads an ELF file, or anything else as the image of the application.
+    /// Loads an ELF file, an Intel hex file, or anything else as the image of the application.
     ///
     /// # Errors
     ///
@@ -86,6 +95,8 @@ impl Program {
         let mut flash = vec![0xFF; SIZE];
         if file.starts_with(b"\x7FELF") {
             load_elf(file, &mut flash)?;
+        } else if file.first() == Some(&b':') {
+            hex::load(file, &mut flash)?;
         } else {
             load(file, APPLICATION.into(), &mut flash)?;
         }

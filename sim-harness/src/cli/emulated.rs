@@ -59,7 +59,7 @@ impl Fleet {
         let nodes = nodes(&args.virtual_drones, scenario, base)?;
         let gdb = port.map(|text| gdb(text, &nodes)).transpose()?;
         let elf = args.elf.as_deref().unwrap_or(Path::new(Firmware::DEFAULT));
-        let firmware = Firmware::open(elf)?;
+        let firmware = Firmware::open(elf)?.with_radio(args.radio_elf.as_deref())?;
         let messages = Messages::of(firmware.image()).ok().map(Arc::new);
         if prints_log && messages.is_none() {
             let wrong = "the firmware logs nothing that could be read";

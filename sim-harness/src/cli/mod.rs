@@ -151,6 +151,10 @@ struct VirtualArgs {
     /// The firmware's ELF file, for virtual drones; where left out, the one that `cargo fw` builds
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
+    /// The radio chip's own firmware, crazyflie2-nrf-firmware built with BLE=0 (ELF, Intel hex, image or
+    /// the vendor's archive with it); where left out, the radio chip is a model
+    #[arg(long, value_name = "FILE")]
+    radio_elf: Option<PathBuf>,
     /// Numbers of the virtual drones, separated by commas; where left out, all that fly. 0 is the head
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_delimiter = ',')]
     virtual_drones: Vec<u8>,
@@ -159,7 +163,7 @@ struct VirtualArgs {
 impl VirtualArgs {
     /// Whether one of them was given.
     const fn are_given(&self) -> bool {
-        self.elf.is_some() || !self.virtual_drones.is_empty()
+        self.elf.is_some() || self.radio_elf.is_some() || !self.virtual_drones.is_empty()
     }
 }
 

@@ -63,7 +63,7 @@ impl ServeArgs {
             return Fleet::of(&self.emulated, None, false, scenario, Base::MayBeVirtual).map(Some);
         }
         if self.emulated.are_given() {
-            let wrong = "--elf and --virtual-drones are for virtual drones";
+            let wrong = "--elf, --radio-elf and --virtual-drones are for virtual drones";
             return Err(InputError::new(wrong, "add --fidelity virtual"));
         }
         Ok(None)
@@ -74,7 +74,7 @@ pub(super) fn run(args: &ServeArgs) -> Result<Verdict, Trouble> {
     let scenario = scenario(&args.scenario, args.policy.as_deref(), args.fidelity)?;
     let scenario = with_link(scenario, None)?;
     let is_virtual = scenario.fidelity == Fidelity::Virtual;
-    let stock = stock::firmware(args.emulated.elf.as_deref().filter(|_| is_virtual))?;
+    let stock = stock::firmware(&args.emulated, is_virtual)?;
     let fleet = if stock.is_some() { None } else { args.fleet(&scenario)? };
     let speed = within("--speed", args.speed, 0.01, 1_000.0)?;
     let duration = match args.duration {

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use input::InputError;
-use virtual_crazyflie::board::Crazyflie;
+use bodies::emulated::open_radio;
+use virtual_crazyflie::board::{Config, Crazyflie, RadioFirmware};
 use virtual_crazyflie::cpu::Program;
 use virtual_crazyflie::image::Image;
 use virtual_crazyflie::machine::{self, Machine, MachineConfig};
@@ -19,6 +20,7 @@ const SYMBOL: &str = "platformInit";
 pub struct StockFirmware {
     image: Arc<Image>,
     program: Program,
+    radio: Option<RadioFirmware>,
 }
 
 impl StockFirmware {
@@ -35,7 +37,15 @@ impl StockFirmware {
             return Err(refused("is not crazyflie-firmware".into()));
         }
         let program = machine::decode(&image);
-        Ok(Self { image: Arc::new(image), program })
+        Ok(Self { image: Arc::new(image), program, radio: None })
+    }
+
+    /// Adds the radio chip's own firmware, where a file with it is given.
+    ///
+    /// # Errors
+    /// When the file has none that the chip runs.
+    pub fn with_radio(self, path: Option<&Path>) -> Result<Self, InputError> {
+        Ok(Self { radio: path.map(open_radio).transpose()?, ..self })
     }
 
     /// Whether a file is an ELF of crazyflie-firmware.
@@ -59,7 +69,9 @@ impl StockFirmware {
     }
 
     /// A machine that runs it.
-    pub(super) fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
+    pub(super) fn machine(&self) -> Machine<Crazyflie> {
+        let board = Crazyflie::new(&Config { radio: self.radio.clone(), ..Config::default() });
+        let config = MachineConfig::default();
         Machine::with_program(Arc::clone(&self.image), self.program.clone(), board, config)
     }
 }

@@ -21,8 +21,8 @@ pub mod transcript;
 use flight::FlightConfig;
 use random::{Purpose, Stream};
 use units::{Dbm, Point2};
-use virtual_crazyflie::board::{Config, Crazyflie};
-use virtual_crazyflie::machine::{Halt, Machine, MachineConfig};
+use virtual_crazyflie::board::Crazyflie;
+use virtual_crazyflie::machine::{Halt, Machine};
 use world::Tunnel;
 use world::layout::Layout;
 
@@ -54,13 +54,12 @@ impl StockDrone {
     /// A drone that has just been switched on, on the floor in the middle of a room.
     #[must_use]
     pub fn new(firmware: &StockFirmware, seed: u64) -> Self {
-        let board = Crazyflie::new(&Config::default());
         let vehicle = VehicleSpec::DEFAULT;
         let random = Stream::new(seed, Purpose::Craft(0));
         let config = FlightConfig::CRAZYFLIE_2_1;
         let mut craft = Craft::standing(config, Point2::default(), [1.0, 0.0], &vehicle, random);
         craft.fly_from_outside();
-        let machine = firmware.machine(board, MachineConfig::default());
+        let machine = firmware.machine();
         Self { machine, craft, room: room(), vehicle, now_ms: 0 }
     }
 
@@ -94,6 +93,7 @@ impl StockDrone {
     pub fn advance(&mut self) -> Result<(), Halt> {
         self.now_ms += 1;
         self.machine.run_until(self.now_ms * MS)?;
+        self.machine.radio_runs()?;
         let around = Surroundings {
             tunnel: &self.room,
             ground: Ground::GOOD,

@@ -3,8 +3,11 @@
 use std::fmt;
 use std::sync::Arc;
 
+use nrf51_chip::core::Fault;
+
 use crate::bus::{Bus, Refused, Width};
 use crate::cpu::{Cpu, FaultReport, FlashTiming, Program, Stop};
+use crate::board::{Crazyflie, FirmwareChip};
 use crate::image::Image;
 use crate::memory::{Memory, map};
 use crate::soc::{Board, Nanos, Pin, PinOutput, ResetCause, Soc, SocConfig};
@@ -89,6 +92,8 @@ pub enum HaltReason {
     Lockup(Option<FaultReport>),
     /// A BKPT, with no debugger there.
     Breakpoint,
+    /// The firmware of the radio chip faulted, at the instruction of this address and that chip's.
+    Radio(Fault),
 }
 
 impl fmt::Display for Halt {
@@ -117,6 +122,7 @@ impl fmt::Display for HaltReason {
                 report.fault, report.pc, report.cfsr
             ),
             Self::Breakpoint => write!(f, "breakpoint instruction"),
+            Self::Radio(fault) => write!(f, "the radio chip faulted: {fault}"),
         }
     }
 }
@@ -488,6 +494,17 @@ impl<B: Board> Machine<B> {
             hash.bytes(self.memory.bytes(base, size).unwrap_or_default());
         }
         hash.0
+    }
+}
+
+impl Machine<Crazyflie> {
+    /// Whether the radio chip still runs.
+    ///
+    /// # Errors
+    /// If its own firmware has faulted.
+    pub fn radio_runs(&self) -> Result<(), Halt> {
+        let fault = self.board().radio().firmware().and_then(FirmwareChip::fault);
+        fault.map_or(Ok(()), |fault| Err(self.halt(HaltReason::Radio(fault))))
     }
 }
 

@@ -26,6 +26,10 @@ impl Firmware {
         Err(without_emulator("the fidelity \"virtual\""))
     }
 
+    pub fn with_radio(self, _: Option<&Path>) -> Result<Self, InputError> {
+        match self {}
+    }
+
     pub fn fleet(&self, _: &Scenario, _: u64) -> Result<Vec<Emulated>, InputError> {
         match *self {}
     }

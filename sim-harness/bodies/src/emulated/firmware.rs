@@ -7,14 +7,14 @@ use flight::Status;
 use input::InputError;
 use onboard::probe::{self, Probe, Round};
 use units::NodeId;
-use virtual_crazyflie::board::Crazyflie;
+use virtual_crazyflie::board::{Crazyflie, RadioFirmware};
 use virtual_crazyflie::cpu::Program;
 use virtual_crazyflie::image::Image;
 use virtual_crazyflie::machine::{self, Machine, MachineConfig};
 use virtual_crazyflie::memory::Memory;
 use wire::p2p::{Counter, Epoch};
 
-use super::{Emulated, unfit};
+use super::{Emulated, open_radio, unfit};
 use scenario::Scenario;
 
 /// How to build it.
@@ -22,7 +22,10 @@ const BUILD: &str = "build it with `cargo fw`, or name another with --elf";
 
 /// An ELF, read once and shared by all drones that run it.
 #[derive(Clone)]
-pub struct Firmware(Arc<Shared>);
+pub struct Firmware {
+    shared: Arc<Shared>,
+    radio: Option<RadioFirmware>,
+}
 
 struct Shared {
     path: PathBuf,
@@ -52,7 +55,21 @@ impl Firmware {
         };
         let program = machine::decode(&image);
         let (path, image) = (path.to_owned(), Arc::new(image));
-        Ok(Self(Arc::new(Shared { path, image, program, probe })))
+        Ok(Self { shared: Arc::new(Shared { path, image, program, probe }), radio: None })
+    }
+
+    /// Adds the radio chip's own firmware, where a file with it is given.
+    ///
+    /// # Errors
+    /// When the file has none that the chip runs.
+    pub fn with_radio(self, path: Option<&Path>) -> Result<Self, InputError> {
+        Ok(Self { radio: path.map(open_radio).transpose()?, ..self })
+    }
+
+    /// The radio chip's own firmware, if the drones have it in place of the model.
+    #[must_use]
+    pub const fn radio(&self) -> Option<&RadioFirmware> {
+        self.radio.as_ref()
     }
 
     /// Makes the virtual drones of a mission: all that fly.
@@ -71,18 +88,18 @@ impl Firmware {
     /// The path that it was read from.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.0.path
+        &self.shared.path
     }
 
     /// The ELF.
     #[must_use]
     pub fn image(&self) -> &Arc<Image> {
-        &self.0.image
+        &self.shared.image
     }
 
     /// A machine that runs it.
     pub fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
-        Machine::with_program(Arc::clone(&self.0.image), self.0.program.clone(), board, config)
+        Machine::with_program(Arc::clone(&self.shared.image), self.shared.program.clone(), board, config)
     }
 
     /// The inputs and outputs of the agent in its last round; `None` before its first round. The
@@ -94,7 +111,7 @@ impl Firmware {
 
     /// The number of the agent's last round; 0 before its first.
     pub(super) fn rounds(&self, memory: &Memory) -> u32 {
-        word(memory, self.0.probe + Probe::ROUND_AT as u32).unwrap_or_default()
+        word(memory, self.shared.probe + Probe::ROUND_AT as u32).unwrap_or_default()
     }
 
     /// The status of the flight code; `None` before its first step.
@@ -111,10 +128,10 @@ impl Firmware {
     /// The words of a slot of the probe, and how often it was written; `None` while it is being
     /// written, and where the firmware has another layout.
     fn slot(&self, memory: &Memory, at: usize) -> Option<(u32, Vec<u32>)> {
-        let start = self.0.probe + at as u32;
+        let start = self.shared.probe + at as u32;
         let (count, length) = (word(memory, start)?, word(memory, start + 4)?);
         let is_whole = count != 0 && count.is_multiple_of(2);
-        if word(memory, self.0.probe)? != probe::VERSION || !is_whole {
+        if word(memory, self.shared.probe)? != probe::VERSION || !is_whole {
             return None;
         }
         let words = memory.bytes(start + 8, 4 * length)?.as_chunks::<4>().0;

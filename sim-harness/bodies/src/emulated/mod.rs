@@ -11,6 +11,7 @@
 //! | `coupling` | sensors' registers and motors' pins to and from a body |
 //! | `decisions` | the inputs and outputs of the firmware's agent, step by step |
 //! | `provision` | the keys and settings of a drone before its first flight |
+//! | `radio` | the radio chip's own firmware, from a file |
 //! | `shadow` | the agent of the host that follows the one of a drone that explores |
 //! | `watch` | the log of a drone, and the account of its processor's time |
 
@@ -18,6 +19,7 @@ pub mod coupling;
 mod decisions;
 mod firmware;
 mod provision;
+mod radio;
 mod shadow;
 mod watch;
 
@@ -44,6 +46,7 @@ use scenario::Scenario;
 
 pub use firmware::Firmware;
 pub use provision::unfit;
+pub use radio::open_radio;
 pub use watch::{AGENT_STEP, CONTROL_STEP};
 
 use decisions::Decisions;
@@ -165,7 +168,8 @@ impl Emulated {
     ) -> Self {
         let mut random = Stream::new(seed, Purpose::Radio(node.0));
         let provisions = provision(scenario, node, seed);
-        let board = Crazyflie::new(&Config { eeprom: provisions.eeprom, ..board });
+        let radio = firmware.radio().cloned();
+        let board = Crazyflie::new(&Config { eeprom: provisions.eeprom, radio, ..board });
         let mut machine = firmware.machine(board, config);
         machine.memory_mut().program(storage::keys::PAGE_ADDRESS, &provisions.page);
         let on_us = (random.uniform() * SWITCHED_ON_WITHIN_US) as u64;
@@ -304,6 +308,7 @@ impl Emulated {
         if let Some(shadow) = &mut self.shadow {
             shadow.look(&self.firmware, self.core.machine().memory());
         }
+        let ran = ran.and_then(|()| self.core.machine().radio_runs());
         ran.map_err(|halt| Halted { node: self.node, halt })
     }
 

@@ -12,6 +12,9 @@ mod rig;
 use std::path::Path;
 
 use nrf51_chip::{Cycles, MICROSECOND, PinLevel};
+use wire::radio::Datarate;
+use wire::radio::timing::flight_us;
+
 use rig::{ALONE, BROADCAST, BYTE, MILLISECOND, Outcome, RATE, Rig, kind};
 
 /// The phases of the main loop and of the millisecond at which each stimulus is repeated.
@@ -53,7 +56,7 @@ fn boot(path: &Path) -> Outcome<()> {
 fn flights(path: &Path) -> Outcome<()> {
     println!("\nA broadcast from chip to chip at 2 Mbit/s, µs\n");
     println!(
-        "| data, B | last stop bit to first bit on the air | all | by `flight_us` | frames more |"
+        "| data, B | last stop bit to first bit on the air | all | by `flight_us` | off by, mean |"
     );
     println!("|---|---|---|---|---|");
     let (sender, receiver) = (Rig::ready(path)?, Rig::ready(path)?);
@@ -75,12 +78,11 @@ fn flights(path: &Path) -> Outcome<()> {
             assert_eq!(frame.data[2..], data[1..]);
             flights.push(frame.end() - at);
         }
-        let bytes = u64::from(length);
-        let bits = 73 + 8 * (bytes + 2);
-        let model = (7 + bytes) * 10 + 140 + bits / 2 + (8 + bytes) * 10;
-        let more: Vec<_> = flights.iter().map(|it| it - model * MICROSECOND).collect();
-        let (waits, flights, more) = (range(&waits), range(&flights), range(&more));
-        println!("| {length} | {waits} | {flights} | {model} | {more} |");
+        let model = flight_us(Datarate::Mbit2, length.into());
+        let mean = flights.iter().map(|it| micros(*it)).sum::<f64>() / flights.len() as f64;
+        let off = mean - model as f64;
+        let (waits, flights) = (range(&waits), range(&flights));
+        println!("| {length} | {waits} | {flights} | {model} | {off:+.0} |");
     }
     Ok(())
 }

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use units::Volts;
 
-use crate::air::{Incoming, Transmission};
+use crate::air::{Incoming, Transmission, Upcoming};
 use crate::core::{Memory, NoMemory, Op, Width};
 use crate::image::Program;
 use crate::{Config, Cycles, NEVER, Radio};
@@ -139,6 +139,7 @@ impl Bus {
         }
         self.system.advance(now);
         self.radio.advance(now, &mut self.ram);
+        self.radio.announce(&self.ram);
         self.uart.advance(now);
         self.timers.iter_mut().for_each(|timer| timer.advance(now));
         self.adc.advance(now);
@@ -190,6 +191,10 @@ impl Bus {
         self.radio.take_sent()
     }
 
+    pub(crate) fn take_upcoming(&mut self) -> Vec<Upcoming> {
+        self.radio.take_upcoming()
+    }
+
     pub(crate) fn take_pin_changes(&mut self) -> Vec<PinChange> {
         self.gpio.take_changes()
     }
@@ -219,6 +224,7 @@ impl Bus {
             channel: self.radio.channel(),
             rate: self.radio.rate(),
             address: self.radio.address(0),
+            power: self.radio.power_level(),
             listens: self.radio.listens(),
             missed: self.radio.missed(),
         }
@@ -263,7 +269,11 @@ impl Bus {
         let (number, offset, now) = ((address - APB) / PAGE, address % PAGE, self.now);
         let written = match number {
             block::SYSTEM => self.system.write(now, offset, value),
-            block::RADIO => self.radio.write(now, offset, value, &self.ram),
+            block::RADIO => {
+                let written = self.radio.write(now, offset, value, &self.ram);
+                self.radio.announce(&self.ram);
+                written
+            }
             block::UART0 => self.uart.write(now, offset, value),
             block::ADC => self.adc.write(now, offset, value),
             block::TIMER0..=block::TIMER2 => {

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use super::interrupts::Events;
 use super::memory::Ram;
-use crate::air::{Incoming, OnAir, Rate, Transmission};
+use crate::air::{Incoming, OnAir, Rate, Transmission, Upcoming};
 use crate::{Cycles, MICROSECOND, NEVER};
 
 /// From TXEN to the first bit, and from RXEN to reception (zephyr, `radio_nrf51.h`).
@@ -113,6 +113,10 @@ pub(super) struct Radio {
     /// Packets that are on the air, or will be, by the moment at which they end.
     incoming: VecDeque<Incoming>,
     sent: Vec<Transmission>,
+    /// Packets for which the transmitter ramps up, or has done so since they were last taken.
+    upcoming: Vec<Upcoming>,
+    /// The first bit of the packet that was announced last.
+    announced: Cycles,
     /// Packets that ended while the radio did not receive them.
     missed: u64,
 }
@@ -132,6 +136,8 @@ impl Radio {
             rssi: 127,
             incoming: VecDeque::new(),
             sent: Vec::new(),
+            upcoming: Vec::new(),
+            announced: NEVER,
             missed: 0,
         }
     }
@@ -152,6 +158,22 @@ impl Radio {
     /// Packets whose sending has ended or was cut off, since this was last called.
     pub(super) fn take_sent(&mut self) -> Vec<Transmission> {
         std::mem::take(&mut self.sent)
+    }
+
+    /// Packets for which the transmitter began to ramp up since this was last called. One whose ramp-up
+    /// was broken off meanwhile is not among them.
+    pub(super) fn take_upcoming(&mut self) -> Vec<Upcoming> {
+        std::mem::take(&mut self.upcoming)
+    }
+
+    /// Announces the packet for which the transmitter ramps up.
+    pub(super) fn announce(&mut self, ram: &Ram) {
+        let State::RampUp { to: Direction::Transmit, until } = self.state else { return };
+        if self.announced != until && self.shorts & short::READY_START != 0 {
+            self.announced = until;
+            let packet = self.packet_at(self.get(offset::PACKETPTR), ram);
+            self.upcoming.push(Upcoming { start: until, packet });
+        }
     }
 
     /// Whether it receives at this moment.
@@ -183,6 +205,11 @@ impl Radio {
 
     pub(super) const fn channel(&self) -> u8 {
         self.get(offset::FREQUENCY) as u8
+    }
+
+    /// TXPOWER, in dBm.
+    pub(super) const fn power_level(&self) -> i8 {
+        (self.get(offset::TXPOWER) as u8).cast_signed()
     }
 
     /// One of the eight addresses, as another maker's radio has it: the first byte on the air first,
@@ -291,7 +318,7 @@ impl Radio {
             channel: self.channel(),
             rate: self.rate(),
             address: self.address(self.get(offset::TXADDRESS) & 7),
-            power: (self.get(offset::TXPOWER) as u8).cast_signed(),
+            power: self.power_level(),
             s1: if s1 == 0 { 0 } else { ram.byte(pointer + s0 + length) & 7 },
             payload: (data..data + size).map(|at| ram.byte(at)).collect(),
             overhead: self.overhead(),
@@ -356,8 +383,11 @@ impl Radio {
         }
     }
 
-    /// A packet that is being sent ends here.
+    /// A packet that is being sent ends here, and one for which the transmitter ramps up is never sent.
     fn cut(&mut self, now: Cycles) {
+        if let State::RampUp { to: Direction::Transmit, until } = self.state {
+            self.upcoming.retain(|packet| packet.start != until);
+        }
         if let State::Transmit(packet) = &self.state {
             let packet = Transmission { end: now, is_cut: true, ..packet.clone() };
             self.sent.push(packet);
@@ -378,9 +408,9 @@ impl Radio {
     fn power(&mut self, now: Cycles, on: bool) {
         if !on {
             self.cut(now);
-            let kept = (std::mem::take(&mut self.incoming), std::mem::take(&mut self.sent));
-            *self = Self { missed: self.missed, ..Self::new() };
-            (self.incoming, self.sent) = kept;
+            let incoming = std::mem::take(&mut self.incoming);
+            let (sent, upcoming) = (std::mem::take(&mut self.sent), self.take_upcoming());
+            *self = Self { incoming, sent, upcoming, missed: self.missed, ..Self::new() };
         }
         self.powered = on;
     }

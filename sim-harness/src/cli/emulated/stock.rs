@@ -1,7 +1,6 @@
 //! `uchain serve` with the vendor's firmware in place of this project's.
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use bridge::Ports;
@@ -9,14 +8,19 @@ use input::InputError;
 use serde_json::json;
 use units::{Duration, Instant};
 
-use crate::cli::{Common, Trouble, Verdict, complain};
+use crate::cli::{Common, Trouble, Verdict, VirtualArgs, complain};
 use serve::{self, Event};
 use stock::served::Served;
 use stock::{StockDrone, StockFirmware};
 
-/// The vendor's firmware, if it is in this file.
-pub(in crate::cli) fn firmware(elf: Option<&Path>) -> Result<Option<StockFirmware>, InputError> {
-    elf.filter(|elf| StockFirmware::is_at(elf)).map(StockFirmware::open).transpose()
+/// The vendor's firmware, if it is in the file of virtual drones.
+pub(in crate::cli) fn firmware(
+    args: &VirtualArgs,
+    is_virtual: bool,
+) -> Result<Option<StockFirmware>, InputError> {
+    let elf = args.elf.as_deref().filter(|elf| is_virtual && StockFirmware::is_at(elf));
+    let open = |elf| StockFirmware::open(elf)?.with_radio(args.radio_elf.as_deref());
+    elf.map(open).transpose()
 }
 
 /// Serves a drone that runs it.

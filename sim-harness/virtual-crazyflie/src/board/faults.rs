@@ -154,11 +154,11 @@ impl Crazyflie {
             Fault::SdaHeld { bus, clocks } => self.hold(bus, Hold::Data { clocks }),
             Fault::SclHeld(bus) => self.hold(bus, Hold::Clock),
             Fault::Noise { shares, seed } => self.radio.disturb(shares, seed),
-            Fault::FlowControlStuck => self.radio.stuck_full = true,
+            Fault::FlowControlStuck => self.radio.set_stuck_full(true),
             Fault::RadioBusy { every, busy } => self.radio.keep_busy(self.now, every, busy),
-            Fault::RadioRetuned(channel) => self.radio.retune(channel),
+            Fault::RadioRetuned(channel) => self.radio.retune(self.now, channel),
             Fault::RadioReset => self.radio.reset(self.now),
-            Fault::RadioGhost => self.radio.ghosts = true,
+            Fault::RadioGhost => self.radio.set_ghosts(true),
             Fault::EepromBytes { at, bytes } => fill(self.eeprom.at(self.now), at, &bytes),
         }
     }
@@ -181,9 +181,9 @@ impl Crazyflie {
             Fault::Ranging(beam, _) => self.set_ranging(beam, Vl53l1xFault::None),
             Fault::SdaHeld { bus, .. } | Fault::SclHeld(bus) => self.hold(bus, Hold::None),
             Fault::Noise { .. } => self.radio.disturb(Shares::default(), 0),
-            Fault::FlowControlStuck => self.radio.stuck_full = false,
+            Fault::FlowControlStuck => self.radio.set_stuck_full(false),
             Fault::RadioBusy { .. } => self.radio.keep_busy(self.now, 1, 0),
-            Fault::RadioGhost => self.radio.ghosts = false,
+            Fault::RadioGhost => self.radio.set_ghosts(false),
             Fault::RadioRetuned(_) | Fault::RadioReset | Fault::EepromBytes { .. } => {}
         }
     }

@@ -9,7 +9,8 @@ use units::{Acceleration, AngularVelocity, Dbm, Metres, Volts};
 
 use super::faults::Fault;
 use super::leds::{Blink, Led};
-use super::nrf51::{Answer, Nrf51, Power, Sent};
+use super::nrf51::{Answer, Power, Sent};
+use super::radio_chip::{Heard, RadioChip, What};
 use super::transcript::Transfer;
 use super::{Crazyflie, beam_index};
 use crate::soc::{Board as _, Nanos};
@@ -137,7 +138,7 @@ impl Crazyflie {
 
     /// The radio chip, to look at.
     #[must_use]
-    pub const fn radio(&self) -> &Nrf51 {
+    pub const fn radio(&self) -> &RadioChip {
         &self.radio
     }
 
@@ -157,19 +158,21 @@ impl Crazyflie {
     /// Another drone's packet has come off the air at that moment, to all. Of more than 60 bytes
     /// the rest is left out. A moment that is past is now.
     pub fn hear(&mut self, at: Nanos, port: u8, data: &[u8], rssi: Dbm) {
-        self.radio.hear_p2p(self.now, at, true, port, data, sample(rssi));
-        self.settle();
+        self.hear_what(at, What::P2p { port, data, broadcast: true }, rssi);
     }
 
     /// Receives a packet that was sent to this drone alone, as a ground station can send it.
     pub fn hear_alone(&mut self, at: Nanos, port: u8, data: &[u8], rssi: Dbm) {
-        self.radio.hear_p2p(self.now, at, false, port, data, sample(rssi));
-        self.settle();
+        self.hear_what(at, What::P2p { port, data, broadcast: false }, rssi);
     }
 
     /// A packet of the ground's, header first, has come off the air at that moment.
     pub fn hear_crtp(&mut self, at: Nanos, data: &[u8], rssi: Dbm) {
-        self.radio.hear_crtp(self.now, at, data, sample(rssi));
+        self.hear_what(at, What::Crtp(data), rssi);
+    }
+
+    fn hear_what(&mut self, at: Nanos, what: What<'_>, rssi: Dbm) {
+        self.radio.hear(self.now, &Heard { at, rssi: sample(rssi), what });
         self.settle();
     }
 

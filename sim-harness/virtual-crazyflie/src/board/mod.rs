@@ -6,7 +6,7 @@
 //! | I2C3: PA8, PC9 | BMP388; BMI088, both dies; "data ready" of the gyroscope on PC14 |
 //! | I2C1: PB6, PB7 | EEPROM; the Flow deck's ranger; the Multi-ranger's expander and five rangers |
 //! | SPI1, select PB4 | the Flow deck's PMW3901 |
-//! | USART6, "wait" on PA4 | the radio chip, [`nrf51`], with the decks' one-wire memories |
+//! | USART6, "wait" on PA4 | the radio chip, [`RadioChip`]: the model [`nrf51`], with the decks' one-wire memories, or the vendor's firmware |
 //! | PC0 to PC3, PD2 | LEDs |
 //!
 //! The sensors are the register-level models of `sensors::models`. Each is advanced only when it
@@ -25,6 +25,7 @@ mod inputs;
 mod leds;
 mod noise;
 pub mod nrf51;
+mod radio_chip;
 mod transcript;
 
 use std::sync::Arc;
@@ -43,6 +44,7 @@ pub use inputs::{Flow, Sight};
 pub use leds::{Blink, Led};
 pub use noise::Shares;
 pub use nrf51::Nrf51;
+pub use radio_chip::{FirmwareChip, RadioChip, RadioFirmware, Unbootable};
 pub use transcript::{Peer, Transfer};
 
 use crate::soc::{Board, I2cBus, Level, Nanos, Pin, SpiBus, UartBus, UartByte};
@@ -64,7 +66,9 @@ pub struct Config {
     /// The lines of the expander that float high after its reset. All is the worse case: rangers
     /// that are not held in reset are all at one address.
     pub floating: u8,
-    /// The version that the radio chip reports for its firmware.
+    /// The firmware of the radio chip; where there is none, the chip is the model.
+    pub radio: Option<RadioFirmware>,
+    /// The version that the model of the radio chip reports for its firmware.
     pub version: String,
     /// Noise of the inertial sensor's samples, beside what a world puts into them.
     pub noise: Option<InertialNoise>,
@@ -88,6 +92,7 @@ impl Default for Config {
             multi_ranger: true,
             eeprom: Vec::new(),
             floating: 0xFF,
+            radio: None,
             version: String::from("2025.02 (CF21)"),
             noise: None,
         }
@@ -120,7 +125,7 @@ pub struct Crazyflie {
     flow_advanced_until: Nanos,
     flow_selected: bool,
 
-    radio: Nrf51,
+    radio: RadioChip,
     leds: Leds,
     schedule: Schedule,
     transcript: Transcript,
@@ -161,7 +166,8 @@ impl Crazyflie {
             flow: Pmw3901Model::new(),
             flow_advanced_until: 0,
             flow_selected: false,
-            radio: Nrf51::new(
+            radio: RadioChip::new(
+                config.radio.as_ref(),
                 &config.version,
                 deck_memory::memories(config.flow_deck, config.multi_ranger),
             ),

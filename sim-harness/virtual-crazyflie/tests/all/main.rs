@@ -8,6 +8,7 @@ mod gdb;
 mod image;
 mod image_tiny;
 mod log;
+mod oracle;
 mod profile;
 mod sequences;
 mod serial;

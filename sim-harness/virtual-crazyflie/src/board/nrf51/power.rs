@@ -36,6 +36,8 @@ pub enum OffCause {
     Ordered,
     /// The chip faulted, since a setting of the radio came in Bluetooth mode.
     Bluetooth,
+    /// The chip's own firmware has taken the supply.
+    Firmware,
 }
 
 impl fmt::Display for OffCause {
@@ -44,6 +46,7 @@ impl fmt::Display for OffCause {
             Self::Agreed => "the flight processor let its power go",
             Self::Unanswered => "the flight processor did not answer the power button",
             Self::Ordered => "the ground switched it off",
+            Self::Firmware => "the radio chip's firmware took the supply",
             Self::Bluetooth => "the radio chip faulted: a setting came in Bluetooth mode",
         })
     }

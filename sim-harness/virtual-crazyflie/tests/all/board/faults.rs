@@ -265,8 +265,8 @@ fn a_radio_chip_that_was_reset_has_forgotten_everything() {
     assert!((1..22).contains(&last), "{last} of the 22 bytes of two reports");
     bench.run_to(1_700 * MS);
     assert_eq!(bench.board.level(wait), Level::Low);
-    assert_eq!(bench.board.radio().tuning().channel, 80);
-    assert!(!bench.board.radio().listens());
+    assert_eq!(bench.board.radio().model().unwrap().tuning().channel, 80);
+    assert!(!bench.board.radio().model().unwrap().listens());
     bench.heard.clear();
     bench.board.hear(bench.now, 1, &[1], Dbm(-50.0));
     bench.wait(100 * MS);
@@ -291,7 +291,7 @@ fn disturbed(shares: Shares, seed: u64) -> (Vec<u8>, String) {
         .iter()
         .map(|byte| byte.data ^ u8::from(byte.noise) << 6 ^ u8::from(byte.broken) << 7)
         .collect();
-    (bytes, format!("{:?}", bench.board.radio().counters()))
+    (bytes, format!("{:?}", bench.board.radio().model().unwrap().counters()))
 }
 
 #[test]
@@ -330,10 +330,10 @@ proptest! {
         bench.send_bytes(&[0; 70]);
         bench.wait(10 * MS);
         bench.heard.clear();
-        let good = bench.board.radio().counters().good;
+        let good = bench.board.radio().model().unwrap().counters().good;
         bench.send_bytes(&frame(0x01, &[80]));
         bench.wait(MS);
-        prop_assert_eq!(bench.board.radio().counters().good, good + 1);
+        prop_assert_eq!(bench.board.radio().model().unwrap().counters().good, good + 1);
         prop_assert_eq!(bench.frames().len(), 1);
     }
 }

@@ -74,7 +74,7 @@ fn this_is_how_a_flight_processor_and_the_chip_get_to_know_each_other() {
 673234 04: 28
 ";
     assert_eq!(transcript(&mut bench), expected);
-    let radio = bench.board.radio();
+    let radio = bench.board.radio().model().unwrap();
     let address = [1, 2, 3, 4, 5];
     let tuning = Tuning { channel: 60, datarate: Datarate::M1, address, power: -12 };
     assert_eq!(radio.tuning(), tuning);
@@ -92,7 +92,7 @@ fn it_says_nothing_before_it_has_received_a_good_frame() {
     bench.board.press_button();
     bench.run_to(4_100 * MS);
     assert_eq!(transcript(&mut bench), "");
-    assert_eq!(bench.board.radio().counters().bad_first_sums, 1);
+    assert_eq!(bench.board.radio().model().unwrap().counters().bad_first_sums, 1);
     bench.send(0x01, &[80]);
     bench.wait(MS);
     assert_eq!(kinds(&mut bench), [0x01]);
@@ -120,10 +120,10 @@ fn it_is_deaf_until_it_is_told_that_its_radio_is_set() {
     bench.board.hear_crtp(5 * MS, &[0xFF], Dbm(-50.0));
     bench.run_to(10 * MS);
     assert_eq!(kinds(&mut bench), [0x01]);
-    assert_eq!(bench.board.radio().counters().deaf, 2);
+    assert_eq!(bench.board.radio().model().unwrap().counters().deaf, 2);
     assert!(bench.board.take_crtp().is_empty());
     bench.tell(READY, &[]);
-    assert!(bench.board.radio().listens());
+    assert!(bench.board.radio().model().unwrap().listens());
     bench.board.hear(15 * MS, 11, &[1], Dbm(-50.0));
     bench.run_to(20 * MS);
     assert_eq!(kinds(&mut bench), [READY, 0x0A]);
@@ -136,15 +136,15 @@ fn three_seconds_after_its_start_it_listens_whatever_it_was_told() {
     // The flight processor starts 357.4 ms behind the chip, whose first round is at 120.8 ms.
     let opens = 3_120_800 * US - 357_400 * US;
     bench.run_to(opens - 1);
-    assert!(!bench.board.radio().listens());
+    assert!(!bench.board.radio().model().unwrap().listens());
     bench.run_to(opens);
-    assert!(bench.board.radio().listens());
+    assert!(bench.board.radio().model().unwrap().listens());
 }
 
 #[test]
 fn a_packet_is_on_its_way_when_the_chip_has_read_it() {
     let mut bench = ready();
-    assert!(bench.board.radio().is_in_bluetooth());
+    assert!(bench.board.radio().model().unwrap().is_in_bluetooth());
     bench.send(0x0A, &[11, 1, 2, 3]);
     let last = bench.now;
     assert!(bench.board.take_packets().is_empty());
@@ -155,7 +155,7 @@ fn a_packet_is_on_its_way_when_the_chip_has_read_it() {
     assert_eq!((sent[0].port, &sent[0].data[..]), (11, &[1, 2, 3][..]));
     assert_eq!(sent[0].tuning, Tuning::DEFAULT);
     assert!(bench.board.take_packets().is_empty());
-    assert!(!bench.board.radio().is_in_bluetooth());
+    assert!(!bench.board.radio().model().unwrap().is_in_bluetooth());
     assert_eq!(transcript(&mut bench), "", "a broadcast is not acknowledged");
 }
 
@@ -228,7 +228,7 @@ fn of_long_frames_back_to_back_bytes_are_lost() {
             assert_eq!(bench.board.level(WAIT), Level::Low);
         }
         bench.wait(10 * MS);
-        let lost = bench.board.radio().counters().dropped_bytes;
+        let lost = bench.board.radio().model().unwrap().counters().dropped_bytes;
         assert!((least..=most).contains(&lost), "{frames} frames: {lost}");
     }
 }
@@ -277,9 +277,9 @@ fn a_ghost_is_the_packet_that_came_seven_before_the_last() {
 #[test]
 fn a_packet_that_is_sent_opens_the_receiver() {
     let mut bench = Bench::new();
-    assert!(!bench.board.radio().listens());
+    assert!(!bench.board.radio().model().unwrap().listens());
     bench.tell(0x0A, &[11, 1]);
-    assert!(bench.board.radio().listens());
+    assert!(bench.board.radio().model().unwrap().listens());
 }
 
 #[test]
@@ -290,7 +290,7 @@ fn behind_an_acknowledgement_a_broadcast_is_not_heard() {
     bench.board.hear(bench.now + MS + 500 * US, 11, &[2], Dbm(-50.0));
     bench.wait(4 * MS);
     assert_eq!(kinds(&mut bench), [0x08, 0x0A]);
-    assert_eq!(bench.board.radio().counters().deaf, 1);
+    assert_eq!(bench.board.radio().model().unwrap().counters().deaf, 1);
     assert!(bench.board.take_crtp()[0].data.is_empty(), "it is acknowledged with nothing");
 }
 
@@ -301,7 +301,7 @@ fn packets_longer_than_the_air_allows_are_not_sent() {
     bench.tell(0x0A, &[&[11][..], &[1; 61]].concat());
     bench.tell(0x0A, &[]);
     assert_eq!(bench.board.take_packets().len(), 1);
-    let counters = bench.board.radio().counters();
+    let counters = bench.board.radio().model().unwrap().counters();
     assert_eq!((counters.not_understood, counters.last_not_understood), (2, Some(0x0A)));
 }
 
@@ -334,7 +334,7 @@ fn what_waits_for_the_processor_is_seven_packets_at_most() {
     }
     bench.wait(20 * MS);
     assert_eq!(kinds(&mut bench).len(), 7);
-    assert_eq!(bench.board.radio().counters().overruns, 13);
+    assert_eq!(bench.board.radio().model().unwrap().counters().overruns, 13);
 }
 
 #[test]
@@ -353,7 +353,7 @@ fn what_is_no_frame_is_counted_and_costs_no_other() {
     }
     bench.wait(MS);
     assert_eq!(kinds(&mut bench), [0x01]);
-    let counters = bench.board.radio().counters();
+    let counters = bench.board.radio().model().unwrap().counters();
     assert_eq!((counters.too_long, counters.broken_bytes), (1, 7));
 }
 
@@ -421,7 +421,7 @@ fn an_answer_to_a_question_that_was_not_asked_switches_nothing_off() {
     assert_eq!(bench.board.power(), Power::On);
     bench.tell(0x11, &[]);
     assert!(matches!(bench.board.power(), Power::Off { cause: OffCause::Agreed, .. }));
-    assert!(!bench.board.radio().listens());
+    assert!(!bench.board.radio().model().unwrap().listens());
 }
 
 #[test]
@@ -429,7 +429,7 @@ fn a_chip_that_switches_the_processor_off_alone_goes_on_acknowledging() {
     let mut bench = ready();
     bench.tell(0x1A, &[]);
     assert!(matches!(bench.board.power(), Power::Off { cause: OffCause::Agreed, .. }));
-    assert!(bench.board.radio().listens());
+    assert!(bench.board.radio().model().unwrap().listens());
     for n in 1..20 {
         bench.board.hear_crtp(bench.now + n * MS, &[0xFF], Dbm(-40.0));
     }
@@ -458,10 +458,10 @@ fn a_full_program_drops_what_comes_and_its_wait_pin_does_not_tell() {
     let small = frame(0x17, &[]).repeat(30);
     bench.send_bytes(&small);
     assert_eq!(bench.board.level(WAIT), Level::Low);
-    let dropped = bench.board.radio().counters().dropped_bytes;
+    let dropped = bench.board.radio().model().unwrap().counters().dropped_bytes;
     assert!(dropped > 0);
     bench.wait(100 * MS);
-    let counters = bench.board.radio().counters();
+    let counters = bench.board.radio().model().unwrap().counters();
     assert_eq!(counters.dropped_bytes, dropped);
     assert!((20..30).contains(&counters.good), "{counters:?}");
 }
@@ -469,7 +469,7 @@ fn a_full_program_drops_what_comes_and_its_wait_pin_does_not_tell() {
 #[test]
 fn a_busy_chip_says_wait_in_the_middle_of_a_frame_and_takes_four_bytes_more() {
     let mut bench = ready();
-    let good = bench.board.radio().counters().good;
+    let good = bench.board.radio().model().unwrap().counters().good;
     let fault = Fault::RadioBusy { every: MS, busy: 300 * US };
     bench.board.inject(fault, bench.now, bench.now + 3 * MS);
     let bytes = frame(0x01, &[80]);
@@ -478,7 +478,7 @@ fn a_busy_chip_says_wait_in_the_middle_of_a_frame_and_takes_four_bytes_more() {
     bench.send_bytes(&bytes[1..2]);
     assert_eq!(bench.board.level(WAIT), Level::High);
     bench.send_bytes(&bytes[2..6]);
-    assert_eq!(bench.board.radio().counters().dropped_bytes, 0);
+    assert_eq!(bench.board.radio().model().unwrap().counters().dropped_bytes, 0);
     // The pin falls by itself, and at a moment that was announced.
     let begin = bench.now;
     while bench.board.level(WAIT) == Level::High {
@@ -488,7 +488,7 @@ fn a_busy_chip_says_wait_in_the_middle_of_a_frame_and_takes_four_bytes_more() {
     assert_eq!(bench.now - begin, 240 * US);
     bench.send_bytes(&bytes[6..]);
     bench.wait(MS);
-    let counters = bench.board.radio().counters();
+    let counters = bench.board.radio().model().unwrap().counters();
     assert_eq!((counters.good - good, counters.dropped_bytes), (1, 0));
     assert_eq!(kinds(&mut bench), [0x01]);
 }
@@ -500,7 +500,7 @@ fn bytes_that_come_though_a_busy_chip_says_wait_are_lost() {
     bench.board.inject(fault, bench.now, bench.now + MS);
     bench.send(0x01, &[80]);
     bench.wait(2 * MS);
-    let counters = bench.board.radio().counters();
+    let counters = bench.board.radio().model().unwrap().counters();
     assert_eq!((counters.good, counters.dropped_bytes), (1, 1), "one of seven, beyond six");
     assert!(kinds(&mut bench).is_empty());
 }
@@ -510,7 +510,7 @@ fn a_radio_that_is_set_from_the_air_does_not_tell() {
     let mut bench = ready();
     bench.board.inject(Fault::RadioRetuned(33), bench.now, bench.now);
     bench.wait(MS);
-    assert_eq!(bench.board.radio().tuning().channel, 33);
+    assert_eq!(bench.board.radio().model().unwrap().tuning().channel, 33);
     assert_eq!(transcript(&mut bench), "");
 }
 
@@ -527,9 +527,9 @@ fn orders_from_the_air_are_obeyed() {
         bench.board.hear_crtp(bench.now, order, Dbm(-50.0));
         bench.wait(MS);
     }
-    assert_eq!(bench.board.radio().tuning().channel, 33);
+    assert_eq!(bench.board.radio().model().unwrap().tuning().channel, 33);
     assert!(!bench.board.is_lit(Led::Radio));
-    assert_eq!(bench.board.radio().counters().commands, 1);
+    assert_eq!(bench.board.radio().model().unwrap().counters().commands, 1);
     assert_eq!(transcript(&mut bench), "", "they are not the processor's");
     let _ = bench.board.take_crtp();
     bench.board.hear_crtp(bench.now, &[0xFF], Dbm(-50.0));
