@@ -158,6 +158,8 @@ struct DroneEnd {
     node: NodeId,
     account: Option<Report>,
     log: Vec<String>,
+    /// The packets that it has sent, as a table.
+    packets: String,
     state_hash: u64,
 }
 
@@ -184,6 +186,7 @@ impl Aftermath {
                 node,
                 account: drone.account(),
                 log: drone.log().iter().map(|line| said(node, line)).collect(),
+                packets: packets(drone),
                 state_hash: machine.state_hash(),
             });
         }
@@ -218,14 +221,27 @@ impl Aftermath {
         self.drones.iter().map(DroneEnd::json).collect()
     }
 
-    /// Each drone's log, as a file.
+    /// Each drone's log and its packets, as files.
     pub(super) fn write(&self, folder: &mut Folder) -> Result<(), InputError> {
+        for drone in &self.drones {
+            folder.put_text(&format!("packets-{}.csv", drone.node.0), &drone.packets)?;
+        }
         for drone in self.drones.iter().filter(|drone| !drone.log.is_empty()) {
             let name = format!("firmware-{}.log", drone.node.0);
             folder.put_text(&name, &(drone.log.join("\n") + "\n"))?;
         }
         Ok(())
     }
+}
+
+/// When each packet of a drone was on the air, and its size.
+fn packets(drone: &Emulated) -> String {
+    let mut text = String::from("on_air_us,bytes\n");
+    for packet in drone.packets() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{},{}", packet.on_air_us, packet.bytes);
+    }
+    text
 }
 
 impl DroneEnd {

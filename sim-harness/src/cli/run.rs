@@ -181,7 +181,8 @@ impl RunArgs {
             return Fleet::of(&self.emulated, gdb, self.log, scenario, Base::OnHost).map(Some);
         }
         if self.emulated.are_given() || self.gdb.is_some() || self.log {
-            let wrong = "--elf, --radio-elf, --gdb, --log and --virtual-drones are for virtual drones";
+            let wrong =
+                "--elf, --radio-elf, --gdb, --log and --virtual-drones are for virtual drones";
             return Err(InputError::new(wrong, "add --fidelity virtual"));
         }
         Ok(None)

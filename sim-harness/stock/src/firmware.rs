@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use input::InputError;
 use bodies::emulated::open_radio;
+use input::InputError;
 use virtual_crazyflie::board::{Config, Crazyflie, RadioFirmware};
 use virtual_crazyflie::cpu::Program;
 use virtual_crazyflie::image::Image;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use nrf51_chip::core::Fault;
 
+use crate::board::{Crazyflie, FirmwareChip};
 use crate::bus::{Bus, Refused, Width};
 use crate::cpu::{Cpu, FaultReport, FlashTiming, Program, Stop};
-use crate::board::{Crazyflie, FirmwareChip};
 use crate::image::Image;
 use crate::memory::{Memory, map};
 use crate::soc::{Board, Nanos, Pin, PinOutput, ResetCause, Soc, SocConfig};

@@ -65,6 +65,9 @@ pub(crate) struct ChainBench {
     /// The firmware's ELF file, for virtual drones; where left out, the one that `cargo fw` builds
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
+    /// The radio chip's own firmware; where left out, the radio chip is a model
+    #[arg(long, value_name = "FILE")]
+    radio_elf: Option<PathBuf>,
 }
 
 impl Benchmark for ChainBench {
@@ -75,8 +78,8 @@ impl Benchmark for ChainBench {
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
         let fidelity = self.fidelity.map_or(Ok(Fidelity::Point), FidelityArg::fidelity)?;
-        if self.elf.is_some() && fidelity != Fidelity::Virtual {
-            let wrong = "--elf names the firmware of virtual drones";
+        if (self.elf.is_some() || self.radio_elf.is_some()) && fidelity != Fidelity::Virtual {
+            let wrong = "--elf and --radio-elf name the firmware of virtual drones";
             return Err(InputError::new(wrong, "give --fidelity virtual with it"));
         }
         match self.drawn {
@@ -128,7 +131,8 @@ impl ChainBench {
     /// The firmware of the drones, where they are virtual.
     fn firmware(&self, fidelity: Fidelity) -> Result<Option<Firmware>, InputError> {
         let elf = self.elf.as_deref().unwrap_or(Firmware::DEFAULT.as_ref());
-        (fidelity == Fidelity::Virtual).then(|| Firmware::open(elf)).transpose()
+        let open = || Firmware::open(elf)?.with_radio(self.radio_elf.as_deref());
+        (fidelity == Fidelity::Virtual).then(open).transpose()
     }
 }
 

@@ -53,8 +53,8 @@ pub struct Measured {
 ///
 /// # Errors
 /// When there is no ELF to fly, or it does what the emulator does not know.
-pub fn run(elf: &Path, seed: u64) -> Result<Measured, InputError> {
-    let firmware = Firmware::open(elf)?;
+pub fn run((elf, radio): (&Path, Option<&Path>), seed: u64) -> Result<Measured, InputError> {
+    let firmware = Firmware::open(elf)?.with_radio(radio)?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = cores.min(2);
     let best = |threads, drones| {

@@ -22,6 +22,9 @@ pub(crate) struct EmulatorBench {
     /// The firmware's ELF file
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     elf: PathBuf,
+    /// The radio chip's own firmware; where left out, the radio chip is a model
+    #[arg(long, value_name = "FILE")]
+    radio_elf: Option<PathBuf>,
 }
 
 impl Benchmark for EmulatorBench {
@@ -32,6 +35,6 @@ impl Benchmark for EmulatorBench {
     const NEEDS: Needs = Needs::Firmware;
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
-        table::outcome(session, self.elf.as_path())
+        table::outcome(session, (self.elf.as_path(), self.radio_elf.as_deref()))
     }
 }

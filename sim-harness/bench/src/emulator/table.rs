@@ -12,9 +12,12 @@ use crate::{Outcome, Session, rounded};
 /// A speed by its name, beside its aim.
 type Speed = (&'static str, f64, f64);
 
-pub(super) fn outcome(session: &Session<'_>, elf: &Path) -> Result<Outcome, InputError> {
+pub(super) fn outcome(
+    session: &Session<'_>,
+    (elf, radio): (&Path, Option<&Path>),
+) -> Result<Outcome, InputError> {
     let progress = session.busy();
-    let measured = measure::run(elf, session.seed)?;
+    let measured = measure::run((elf, radio), session.seed)?;
     drop(progress);
     let speeds = [
         ("MIPS in a float loop", measured.mips, MIPS_AIM),

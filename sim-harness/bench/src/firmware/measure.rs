@@ -69,8 +69,8 @@ pub struct Measured {
 ///
 /// # Errors
 /// When there is no ELF to fly, or it does what the emulator does not know.
-pub fn run(elf: &Path, seed: u64) -> Result<Measured, InputError> {
-    let firmware = Firmware::open(elf)?;
+pub fn run((elf, radio): (&Path, Option<&Path>), seed: u64) -> Result<Measured, InputError> {
+    let firmware = Firmware::open(elf)?.with_radio(radio)?;
     let scenario = Scenario::open(SCENARIO)?;
     let world = scenario.world();
     let sizes = firmware.image().sizes();

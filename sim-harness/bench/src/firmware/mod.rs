@@ -21,6 +21,9 @@ pub(crate) struct FirmwareBench {
     /// The firmware's ELF file
     #[arg(long, value_name = "FILE", default_value = Firmware::DEFAULT)]
     elf: PathBuf,
+    /// The radio chip's own firmware; where left out, the radio chip is a model
+    #[arg(long, value_name = "FILE")]
+    radio_elf: Option<PathBuf>,
 }
 
 impl Benchmark for FirmwareBench {
@@ -31,6 +34,6 @@ impl Benchmark for FirmwareBench {
     const NEEDS: Needs = Needs::Firmware;
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
-        table::outcome(session, self.elf.as_path())
+        table::outcome(session, (self.elf.as_path(), self.radio_elf.as_deref()))
     }
 }

@@ -9,9 +9,12 @@ use serde_json::{Value, json};
 use super::measure::{self, AGENT_AIM_US, CONTROL_AIM_US, Figures, LOAD_AIM, Measured};
 use crate::{Outcome, Session, rounded};
 
-pub(super) fn outcome(session: &Session<'_>, elf: &Path) -> Result<Outcome, InputError> {
+pub(super) fn outcome(
+    session: &Session<'_>,
+    (elf, radio): (&Path, Option<&Path>),
+) -> Result<Outcome, InputError> {
     let progress = session.busy();
-    let measured = measure::run(elf, session.seed)?;
+    let measured = measure::run((elf, radio), session.seed)?;
     drop(progress);
     let missed = measured.figures.missed();
     let json = json(&measured, missed.is_empty());

@@ -84,8 +84,12 @@ impl Measured {
 ///
 /// # Errors
 /// When there is no such ELF, or no port for cflib.
-pub fn run(elf: &Path, seed: u64, python: Option<&Path>) -> Result<Measured, InputError> {
-    let firmware = StockFirmware::open(elf)?;
+pub fn run(
+    (elf, radio): (&Path, Option<&Path>),
+    seed: u64,
+    python: Option<&Path>,
+) -> Result<Measured, InputError> {
+    let firmware = StockFirmware::open(elf)?.with_radio(radio)?;
     let mut client = Client::new(StockDrone::new(&firmware, seed));
     let mut measured = Measured::default();
     if let Err(failure) = fly(&mut client, &mut measured) {

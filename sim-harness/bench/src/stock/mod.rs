@@ -20,6 +20,9 @@ pub(crate) struct StockBench {
     /// The vendor's cf2.elf
     #[arg(long, value_name = "FILE")]
     elf: PathBuf,
+    /// The radio chip's own firmware; where left out, the radio chip is a model
+    #[arg(long, value_name = "FILE")]
+    radio_elf: Option<PathBuf>,
     /// A Python that has cflib, by which it is flown a second time
     #[arg(long, value_name = "FILE")]
     python: Option<PathBuf>,
@@ -33,6 +36,7 @@ impl Benchmark for StockBench {
     const NEEDS: Needs = Needs::VendorsFirmware;
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
-        table::outcome(session, (self.elf.as_path(), self.python.as_deref()))
+        let radio = self.radio_elf.as_deref();
+        table::outcome(session, (self.elf.as_path(), radio, self.python.as_deref()))
     }
 }

@@ -13,10 +13,10 @@ use crate::{Outcome, Session, rounded};
 /// Flies this ELF, with `python` a second time by cflib.
 pub(super) fn outcome(
     session: &Session<'_>,
-    (elf, python): (&Path, Option<&Path>),
+    (elf, radio, python): (&Path, Option<&Path>, Option<&Path>),
 ) -> Result<Outcome, InputError> {
     let progress = session.busy();
-    let measured = measure::run(elf, session.seed, python)?;
+    let measured = measure::run((elf, radio), session.seed, python)?;
     drop(progress);
     let (table, json) = (table(elf, &measured), json(&measured));
     Ok(Outcome { table, json, missed: measured.missed(), seeds: session.seed.to_string() })

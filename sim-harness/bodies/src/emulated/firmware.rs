@@ -99,7 +99,12 @@ impl Firmware {
 
     /// A machine that runs it.
     pub fn machine(&self, board: Crazyflie, config: MachineConfig) -> Machine<Crazyflie> {
-        Machine::with_program(Arc::clone(&self.shared.image), self.shared.program.clone(), board, config)
+        Machine::with_program(
+            Arc::clone(&self.shared.image),
+            self.shared.program.clone(),
+            board,
+            config,
+        )
     }
 
     /// The inputs and outputs of the agent in its last round; `None` before its first round. The

@@ -120,6 +120,15 @@ impl Core {
     }
 }
 
+/// A packet of the chain that an emulated drone has sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OnAir {
+    /// When its first bit was on the air, by the mission's clock.
+    pub on_air_us: u64,
+    /// The bytes of its data.
+    pub bytes: usize,
+}
+
 /// One emulated drone.
 pub struct Emulated {
     node: NodeId,
@@ -129,6 +138,7 @@ pub struct Emulated {
     /// When it is switched on, by the mission's clock.
     on_us: u64,
     last_order: Option<Counter>,
+    packets: Vec<OnAir>,
     decisions: Option<Decisions>,
     shadow: Option<Shadow>,
 }
@@ -182,6 +192,7 @@ impl Emulated {
             firmware: firmware.clone(),
             on_us,
             last_order: None,
+            packets: Vec::new(),
             decisions: None,
             shadow: Shadow::of(scenario, node),
         }
@@ -318,9 +329,16 @@ impl Emulated {
         for sent in self.core.machine_mut().board_mut().take_packets() {
             let on_air_us = self.on_us + (sent.at + RAMP_UP_US * US).div_ceil(US);
             if sent.port == p2p::PORT {
+                self.packets.push(OnAir { on_air_us, bytes: sent.data.len() });
                 take(on_air_us, sent.data);
             }
         }
+    }
+
+    /// The packets of the chain that it has sent.
+    #[must_use]
+    pub fn packets(&self) -> &[OnAir] {
+        &self.packets
     }
 
     /// Delivers a packet of the chain.

@@ -32,7 +32,9 @@ pub(super) fn load(file: &[u8], flash: &mut [u8]) -> Result<(), ImageError> {
                 }
             }
             (kind::END, _) => return Ok(()),
-            (kind::SEGMENT, [high, low]) => base = u64::from(u16::from_be_bytes([*high, *low])) << 4,
+            (kind::SEGMENT, [high, low]) => {
+                base = u64::from(u16::from_be_bytes([*high, *low])) << 4
+            }
             (kind::UPPER, [high, low]) => base = u64::from(u16::from_be_bytes([*high, *low])) << 16,
             _ => {}
         }

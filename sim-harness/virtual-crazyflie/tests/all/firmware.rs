@@ -69,7 +69,10 @@ fn a_drone_without_keys_that_hears_nothing_is_told_its_settings_once_and_stays_o
         run(machine, until);
         let board = machine.board();
         assert_eq!(board.power(), Power::On);
-        (board.radio().model().unwrap().is_in_bluetooth(), board.radio().model().unwrap().counters().good)
+        (
+            board.radio().model().unwrap().is_in_bluetooth(),
+            board.radio().model().unwrap().counters().good,
+        )
     };
     let booted = frames(&mut machine, 1_000 * MILLISECOND);
     assert_eq!(frames(&mut machine, 5_600 * MILLISECOND), booted);

@@ -52,8 +52,7 @@ pub(super) fn is_one(file: &[u8]) -> bool {
 /// The image of the radio chip.
 pub(super) fn radio_image(archive: &[u8]) -> Result<Vec<u8>, BadArchive> {
     let manifest = unpacked(archive, "manifest.json")?;
-    let manifest: Value =
-        serde_json::from_slice(&manifest).map_err(|_| BadArchive::BadManifest)?;
+    let manifest: Value = serde_json::from_slice(&manifest).map_err(|_| BadArchive::BadManifest)?;
     let files = manifest["files"].as_object().ok_or(BadArchive::BadManifest)?;
     let is_radios = |about: &Value| about["target"] == "nrf51" && about["type"] == "fw";
     let found = files.iter().find(|(_, about)| is_radios(about));

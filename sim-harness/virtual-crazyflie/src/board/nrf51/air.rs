@@ -2,7 +2,7 @@
 
 use super::frame::{MTU, kind};
 use super::radio::{Answer, Landed, Packet};
-use super::{MAX_P2P, Nrf51, PASSING_ON, Sent};
+use super::{MAX_P2P, Nrf51, Sent, passing_on};
 use crate::soc::Nanos;
 
 impl Nrf51 {
@@ -54,7 +54,7 @@ impl Nrf51 {
     pub(super) fn pass_on(&mut self, packet: Packet) {
         self.state.rssi = packet.rssi;
         self.state.bluetooth = false;
-        self.state.main_loop.work(PASSING_ON);
+        self.state.main_loop.work(passing_on(packet.data.len()));
         if packet.is_tuning() || packet.is_loaders() {
             self.obey(&packet.data);
         } else if packet.is_p2p() {

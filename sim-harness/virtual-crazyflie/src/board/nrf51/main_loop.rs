@@ -18,8 +18,26 @@ pub const PARSING: Nanos = 7_000;
 pub const HANDLING: Nanos = 15_600;
 /// What each byte of a frame's data adds to that.
 pub const COPYING: Nanos = 930;
-/// From the moment at which the loop finds a packet off the air to the first byte for the processor.
+/// From the moment at which the loop finds a packet off the air to the first byte for the processor,
+/// where the packet has [`PASSED_ON`] bytes,
 pub const PASSING_ON: Nanos = 51_000;
+const PASSED_ON: Nanos = 25;
+/// and what each byte adds to that: it is copied twice.
+const COPYING_TWICE: Nanos = 740;
+
+/// The same interrupt while the loop waits for the end of a byte that it sends: it takes no time of the
+/// loop but where that byte ends meanwhile. This is the mean; the bytes themselves are not moved.
+pub(super) const WHILE_SENDING: Nanos = 3_600;
+/// The radio's interrupt for a packet, while the loop sends.
+pub(super) const LANDING: Nanos = 6_000;
+/// The radio is powered off, on, and set up for a setting.
+pub(super) const TUNING: Nanos = 62_000;
+
+/// From the moment at which the loop finds a packet of so many bytes off the air to the first byte for
+/// the processor.
+pub(super) const fn passing_on(bytes: usize) -> Nanos {
+    PASSING_ON - PASSED_ON * COPYING_TWICE + bytes as Nanos * COPYING_TWICE
+}
 
 /// The steps of a round, in its order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,7 +116,22 @@ impl MainLoop {
         }
         if now >= self.sends_until {
             self.at += INTERRUPT;
+        } else {
+            self.send_longer(WHILE_SENDING);
         }
+    }
+
+    /// The radio's interrupt, for a packet that has come off the air. [`PASSING_ON`] has it where the loop
+    /// is idle.
+    pub(super) const fn land(&mut self, now: Nanos) {
+        if now < self.sends_until {
+            self.send_longer(LANDING);
+        }
+    }
+
+    const fn send_longer(&mut self, by: Nanos) {
+        self.at += by;
+        self.sends_until += by;
     }
 
     /// The step at which the loop is takes so long.
@@ -159,6 +192,6 @@ mod tests {
         assert_eq!(main_loop.next(only(Step::Line, 0)), ROUND + 2 * INTERRUPT);
         main_loop.wait_until(500_000);
         main_loop.interrupt(400_000);
-        assert_eq!(main_loop.next(only(Step::Power, 0)), 500_000);
+        assert_eq!(main_loop.next(only(Step::Power, 0)), 500_000 + WHILE_SENDING);
     }
 }

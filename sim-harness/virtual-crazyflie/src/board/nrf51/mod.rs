@@ -40,6 +40,7 @@ use std::collections::VecDeque;
 
 pub use counters::Counters;
 pub use main_loop::{COPYING, HANDLING, INTERRUPT, PARSING, PASSING_ON, ROUND};
+use main_loop::{TUNING, passing_on};
 pub use power::{OffCause, Power};
 pub use radio::{Answer, Datarate, Tuning};
 
@@ -67,7 +68,9 @@ pub const RAMP_UP: Nanos = 140_000;
 pub const ANSWERS_AFTER: Nanos = 18_000 + RAMP_UP;
 /// From the end of an acknowledgement, or of a packet for all drones, until the radio receives again:
 /// the interrupt, and the ramp-up of the receiver (the same file, `..._RXEN_RXIDLE_RX_US`).
-pub const LISTENS_AFTER: Nanos = 6_000 + 138_000;
+pub const LISTENS_AFTER: Nanos = 6_000 + RECEIVES_AFTER;
+/// From the command to receive until the radio does.
+const RECEIVES_AFTER: Nanos = 138_000;
 
 /// A packet for all drones, handed to the radio. It is on the air [`RAMP_UP`] later, for as long as
 /// its length and the data rate make it; while that lasts this drone hears nothing.
@@ -344,6 +347,7 @@ impl Nrf51 {
         let now = self.clock;
         while let Some((_, packet)) = self.flying.pop_front_if(|(at, _)| *at <= now) {
             self.state.main_loop.idle_until(now);
+            self.state.main_loop.land(now);
             self.land(now, packet);
         }
         let mut main_loop = self.state.main_loop;

@@ -4,7 +4,7 @@
 
 use super::frame::{MTU, kind};
 use super::power::{OffCause, Shutdown};
-use super::{Counters, Datarate, MAX_P2P, Nrf51, Sent};
+use super::{Counters, Datarate, MAX_P2P, Nrf51, Sent, TUNING};
 
 impl Nrf51 {
     /// A frame of the flight processor's.
@@ -87,8 +87,15 @@ impl Nrf51 {
         if self.state.bluetooth && times > 2 {
             self.switch_off(OffCause::Bluetooth);
         } else {
+            self.restart_radio();
             self.say(kind, data);
         }
+    }
+
+    /// Powers the radio off and on.
+    fn restart_radio(&mut self) {
+        self.state.radio.restart(self.clock);
+        self.state.main_loop.work(TUNING);
     }
 
     /// Answers with the serial number of a deck's memory; minus one stands for none.
@@ -168,8 +175,14 @@ impl Nrf51 {
     /// Carries out a command that came over the air.
     pub(super) fn obey(&mut self, data: &[u8]) {
         match *data {
-            [_, 0x03, 1, channel, ..] => self.state.radio.set_channel(channel),
-            [_, 0x03, 2, code, ..] => self.set_datarate(code),
+            [_, 0x03, 1, channel, ..] => {
+                self.state.radio.set_channel(channel);
+                self.restart_radio();
+            }
+            [_, 0x03, 2, code, ..] => {
+                self.set_datarate(code);
+                self.restart_radio();
+            }
             [_, 0xFE, 0x01, ..] => self.switch_off(OffCause::Ordered),
             [_, 0xFE, 0x04, ..] => {
                 let mut answer = vec![0xFF, 0xFE, 0x04];

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use super::{ANSWERS_AFTER, LISTENS_AFTER, RAMP_UP};
+use super::{ANSWERS_AFTER, LISTENS_AFTER, RAMP_UP, RECEIVES_AFTER};
 use crate::soc::Nanos;
 
 /// Slots of either queue, of which one is always empty (`RXQ_LEN`, `TXQ_LEN`).
@@ -118,6 +118,8 @@ pub(super) struct Radio {
     stuck: bool,
     /// The radio sends, or turns round, until then.
     sends_until: Nanos,
+    /// The last acknowledgement.
+    on_air: Option<Answer>,
     /// The content of the slots, the oldest first: what has come off the air, passed on or not.
     slots: VecDeque<Packet>,
     incoming: VecDeque<Packet>,
@@ -140,6 +142,7 @@ impl Radio {
             opens,
             stuck: false,
             sends_until: 0,
+            on_air: None,
             slots: VecDeque::new(),
             incoming: VecDeque::new(),
             outgoing: VecDeque::new(),
@@ -311,10 +314,22 @@ impl Radio {
         self.acknowledge(at, self.last.clone());
     }
 
+    /// The radio is powered off and on for a setting: an acknowledgement that is not yet off the air is
+    /// lost, and nothing is heard before the receiver has ramped up.
+    pub(super) fn restart(&mut self, at: Nanos) {
+        if at + LISTENS_AFTER < self.sends_until && self.answers.last() == self.on_air.as_ref() {
+            self.answers.pop();
+        }
+        self.on_air = None;
+        self.sends_until = at + RECEIVES_AFTER;
+    }
+
     /// Puts an acknowledgement on the air. The radio hears nothing until it has turned round twice.
     fn acknowledge(&mut self, at: Nanos, data: Vec<u8>) {
         self.sends_until = at + ANSWERS_AFTER + self.air(data.len()) + LISTENS_AFTER;
-        self.answers.push(Answer { at, data });
+        let answer = Answer { at, data };
+        self.on_air = Some(answer.clone());
+        self.answers.push(answer);
     }
 }
 

@@ -20,7 +20,9 @@ use units::Volts;
 use super::boot::RadioFirmware;
 use super::{Heard, What};
 use crate::board::noise::{Fate, Noise, Shares};
-use crate::board::nrf51::{ANSWERS_AFTER, Answer, Datarate, OffCause, Power, RAMP_UP, Sent, Tuning};
+use crate::board::nrf51::{
+    ANSWERS_AFTER, Answer, Datarate, OffCause, Power, RAMP_UP, Sent, Tuning,
+};
 use crate::soc::{Level, Nanos, UartByte};
 
 /// The pins of port 0.

@@ -58,20 +58,20 @@ fn this_is_how_a_flight_processor_and_the_chip_get_to_know_each_other() {
     // Frames behind each other wait for the loop, and the first report for its time.
     let expected = "\
 296 30: 32 30 32 35 2e 30 32 20 28 43 46 32 31 29 00
-683 01: 3c
-891 02: 01
-1131 05: 01 02 03 04 05
-1382 0b:
-653036 13: 07 f7 db 6f 40 00 00 00 3f
-653224 04: 00
-663045 13: 07 f7 db 6f 40 00 00 00 3f
-663233 04: 00
-664162 0a: 0b 3d aa bb
-665187 08: 03 37 cc
-665802 00: ff
-667130 07: f4
-673046 13: 07 f7 db 6f 40 00 00 00 3f
-673234 04: 28
+795 01: 3c
+1065 02: 01
+1367 05: 01 02 03 04 05
+1619 0b:
+653046 13: 07 f7 db 6f 40 00 00 00 3f
+653234 04: 00
+663055 13: 07 f7 db 6f 40 00 00 00 3f
+663243 04: 00
+664157 0a: 0b 3d aa bb
+665165 08: 03 37 cc
+665763 00: ff
+667209 07: f4
+673012 13: 07 f7 db 6f 40 00 00 00 3f
+673200 04: 28
 ";
     assert_eq!(transcript(&mut bench), expected);
     let radio = bench.board.radio().model().unwrap();
