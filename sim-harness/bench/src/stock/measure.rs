@@ -191,7 +191,7 @@ mod tests {
     #[ignore = "needs the vendor's cf2.elf: name it in UCHAIN_STOCK_ELF"]
     fn the_vendors_firmware_boots_passes_its_test_and_hovers() {
         let elf = std::env::var_os("UCHAIN_STOCK_ELF").expect("UCHAIN_STOCK_ELF names the ELF");
-        let measured = run(Path::new(&elf), 1, None).unwrap();
+        let measured = run((Path::new(&elf), None), 1, None).unwrap();
         assert_eq!(measured.missed(), [""; 0], "{}", measured.console);
         assert!(measured.height_rms_m < 0.03, "{} m", measured.height_rms_m);
         for (sensor, rate) in measured.streams {

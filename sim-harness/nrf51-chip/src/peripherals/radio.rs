@@ -5,70 +5,21 @@
 //! the one that the world asks for. READY, ADDRESS, PAYLOAD and END of a reception all happen at the
 //! packet's end. RXCRC reads as zero. Whitening, static lengths and the device match are left out.
 
+mod registers;
+
 use std::collections::VecDeque;
 
 use super::interrupts::Events;
 use super::memory::Ram;
 use crate::air::{Incoming, OnAir, Rate, Transmission, Upcoming};
 use crate::{Cycles, MICROSECOND, NEVER};
+use registers::{event, offset, short};
 
 /// From TXEN to the first bit, and from RXEN to reception (zephyr, `radio_nrf51.h`).
 const TX_RAMP_UP: Cycles = 140 * MICROSECOND;
 const RX_RAMP_UP: Cycles = 138 * MICROSECOND;
 /// From DISABLE to DISABLED: 6 µs where the radio sends; a receiver is disabled at once.
 const TX_DISABLE: Cycles = 6 * MICROSECOND;
-
-/// The offsets of the registers.
-mod offset {
-    pub(super) const TXEN: u32 = 0x000;
-    pub(super) const RXEN: u32 = 0x004;
-    pub(super) const START: u32 = 0x008;
-    pub(super) const STOP: u32 = 0x00C;
-    pub(super) const DISABLE: u32 = 0x010;
-    pub(super) const RSSISTART: u32 = 0x014;
-    pub(super) const RSSISTOP: u32 = 0x018;
-    pub(super) const SHORTS: u32 = 0x200;
-    pub(super) const CRCSTATUS: u32 = 0x400;
-    pub(super) const RXMATCH: u32 = 0x408;
-    pub(super) const RXCRC: u32 = 0x40C;
-    pub(super) const PACKETPTR: u32 = 0x504;
-    pub(super) const FREQUENCY: u32 = 0x508;
-    pub(super) const TXPOWER: u32 = 0x50C;
-    pub(super) const MODE: u32 = 0x510;
-    pub(super) const PCNF0: u32 = 0x514;
-    pub(super) const PCNF1: u32 = 0x518;
-    pub(super) const BASE0: u32 = 0x51C;
-    pub(super) const BASE1: u32 = 0x520;
-    pub(super) const PREFIX0: u32 = 0x524;
-    pub(super) const TXADDRESS: u32 = 0x52C;
-    pub(super) const RXADDRESSES: u32 = 0x530;
-    pub(super) const CRCCNF: u32 = 0x534;
-    pub(super) const TIFS: u32 = 0x544;
-    pub(super) const RSSISAMPLE: u32 = 0x548;
-    pub(super) const STATE: u32 = 0x550;
-    pub(super) const POWER: u32 = 0xFFC;
-}
-
-/// The events, by their place.
-mod event {
-    pub(super) const READY: u32 = 0;
-    pub(super) const ADDRESS: u32 = 1;
-    pub(super) const PAYLOAD: u32 = 2;
-    pub(super) const END: u32 = 3;
-    pub(super) const DISABLED: u32 = 4;
-    pub(super) const RSSIEND: u32 = 7;
-    pub(super) const ALL: u32 = 0x9F;
-}
-
-/// The shortcuts, by their bits.
-mod short {
-    pub(super) const READY_START: u32 = 1 << 0;
-    pub(super) const END_DISABLE: u32 = 1 << 1;
-    pub(super) const DISABLED_TXEN: u32 = 1 << 2;
-    pub(super) const DISABLED_RXEN: u32 = 1 << 3;
-    pub(super) const ADDRESS_RSSISTART: u32 = 1 << 4;
-    pub(super) const END_START: u32 = 1 << 5;
-}
 
 /// The registers that only keep their value: 0x504 to 0x544.
 const FIRST_PLAIN: u32 = offset::PACKETPTR;
