@@ -74,16 +74,18 @@ impl Aftermath {
 /// The vendor's firmware, which cannot be run in this build.
 pub(super) mod stock {
     use std::convert::Infallible;
-    use std::path::Path;
     use std::sync::atomic::AtomicBool;
 
     use units::Duration;
 
-    use crate::cli::{Common, Trouble, Verdict};
+    use crate::cli::{Common, Trouble, Verdict, VirtualArgs};
     use bridge::Ports;
     use input::InputError;
 
-    pub(in crate::cli) fn firmware(_: Option<&Path>) -> Result<Option<Infallible>, InputError> {
+    pub(in crate::cli) fn firmware(
+        _: &VirtualArgs,
+        _: bool,
+    ) -> Result<Option<Infallible>, InputError> {
         Ok(None)
     }
 
