@@ -6,6 +6,7 @@
 
 mod access_point;
 mod air;
+mod drawn;
 mod drift;
 mod robot;
 mod run;
@@ -13,6 +14,7 @@ mod scale;
 mod world;
 
 pub use air::{Air, Network};
+pub use drawn::merged;
 pub use robot::{Senses, Sensor};
 pub use run::{Glance, LIMITS, Outcome, ROBOTS, Setup, run, watch};
 pub use scale::{SCALE_ROBOTS, SCALE_TILES, Scale, scale};

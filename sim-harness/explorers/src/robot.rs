@@ -156,7 +156,7 @@ impl<G: Ground> Robot<G> {
         let (to, is_wall) = world.ray(self.pose.at, self.pose.yaw.0 + off, REACH);
         let [x, y] = self.error();
         let end = if is_wall { RayEnd::Obstacle } else { RayEnd::Clear };
-        Beam { to: Point2::new(to.x + x, to.y + y), end }
+        Beam::ray(Point2::new(to.x + x, to.y + y), end)
     }
 
     /// Flies for `dt` seconds.

@@ -6,11 +6,12 @@ use frontier::{
 use grid_map::{CellState, Frame, TooManyCells};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
-use robot_maps::{Cell as MapCell, Occupancy};
+use robot_maps::Occupancy;
 use units::{Instant, Metres, Point2, Pose2, Radians};
 
 use crate::access_point::AccessPoint;
 use crate::air::{Air, Network, uniform};
+use crate::drawn::merged;
 use crate::drift::Drift;
 use crate::robot::{Robot, Senses};
 use crate::world::{REACH, World};
@@ -407,21 +408,11 @@ impl<'a, G: Ground> Run<'a, G> {
         world.frame().cells().filter(|&cell| world.is_visible(cell) && knows(cell)).count()
     }
 
-    /// The map of all robots: occupied where one says so, free where one says so and none occupied.
+    /// The map of all robots.
     fn merged(&self) -> Occupancy {
         let frame = self.setup.world.frame();
-        let state = |cell| {
-            let states = self.robots.iter().map(|robot| robot.mind.ground().state(cell));
-            states.fold(MapCell::Unknown, |so_far, state| match (so_far, state) {
-                (MapCell::Occupied, _) | (_, CellState::Occupied) => MapCell::Occupied,
-                (MapCell::Free, _) | (_, CellState::Free) => MapCell::Free,
-                _ => MapCell::Unknown,
-            })
-        };
-        let (origin, resolution) = (frame.origin(), f64::from(frame.resolution().0));
-        let origin = [f64::from(origin.x), f64::from(origin.y), 0.0];
-        let cells = frame.cells().map(state).collect();
-        Occupancy::new(usize::from(frame.columns()), cells, resolution, origin)
+        let minds = || self.robots.iter().map(|robot| robot.mind.ground());
+        merged(frame, |cell| minds().map(move |ground| ground.state(cell)))
     }
 }
 

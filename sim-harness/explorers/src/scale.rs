@@ -79,7 +79,7 @@ fn all_around(at: Point2) -> Vec<Beam> {
     let beam = |degrees: u16| {
         let (sin, cos) = Radians(f32::from(degrees).to_radians()).sin_cos();
         let to = Point2::new(at.x + LIMITS.reach * cos, at.y + LIMITS.reach * sin);
-        Beam { to, end: RayEnd::Clear }
+        Beam::ray(to, RayEnd::Clear)
     };
     (0..360).map(beam).collect()
 }

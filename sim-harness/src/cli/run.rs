@@ -1,5 +1,6 @@
 //! `uchain run`: one mission.
 
+mod drawn;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -7,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::emulated::{Aftermath, Base, Fleet};
+use super::map::put_map;
 use super::{
     Common, LinkArg, SetArgs, Trouble, Verdict, VirtualArgs, adapted, builtin_scenarios, complain,
     interrupt, with_link,
@@ -16,6 +18,7 @@ use measure::verdict::Judgement;
 use mission::trace::{Thinning, Trace};
 use mission::{Mission, ROUND_US};
 use report::{Folder, Origin, TraceFiles, summary};
+use robot_maps::Occupancy;
 use scenario::{Changes, DEPTHS, Fidelity, Scenario, Setting, builtin};
 use terminal::FidelityArg;
 use terminal::Progress;
@@ -207,7 +210,7 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         report::memory::is_enough_for(&scenario)?;
     }
     let mut folder = args.common.folder()?;
-    let Flown { trace, files, metrics, judgement, aftermath } =
+    let Flown { trace, files, metrics, judgement, aftermath, map } =
         fly(&scenario, seed, args, fleet.as_ref(), folder.as_ref())?;
     let mut failures: Vec<_> = judgement.failures.iter().map(ToString::to_string).collect();
     failures.extend(aftermath.failures());
@@ -219,6 +222,9 @@ pub(super) fn run(args: &RunArgs) -> Result<Verdict, Trouble> {
         files.finish(folder, &trace, &summary)?;
         Origin::of("run", &scenario, seed).write(folder, &scenario)?;
         aftermath.write(folder)?;
+        if let Some(map) = &map {
+            put_map(folder, map)?;
+        }
     }
     let table =
         table(&scenario, seed, &trace, &metrics, &judgement, &failures) + &aftermath.table();
@@ -270,6 +276,8 @@ struct Flown {
     metrics: RunMetrics,
     judgement: Judgement,
     aftermath: Aftermath,
+    /// The map that the drones have drawn, if they explore.
+    map: Option<Occupancy>,
 }
 
 /// Flies a mission with its record, its figures and its verdict.
@@ -311,5 +319,6 @@ fn fly(
     }
     let metrics = watch.verdict(&mission);
     let judgement = watch.judgement(&mission, &metrics);
-    Ok(Flown { trace, files, metrics, judgement, aftermath: Aftermath::of(&mission) })
+    let (aftermath, map) = (Aftermath::of(&mission), drawn::map(&mission));
+    Ok(Flown { trace, files, metrics, judgement, aftermath, map })
 }
