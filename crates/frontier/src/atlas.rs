@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use grid_map::{
-    Area, Cell, CellState, Frame, GridMap, Planner, RayEnd, STRAIGHT_COST, TooManyCells, Visit,
+    Area, Beam, Cell, CellState, Frame, GridMap, Planner, STRAIGHT_COST, TooManyCells, Visit,
 };
 use units::{Metres, Point2};
 
@@ -38,8 +38,8 @@ pub trait Ground {
     fn frame(&self) -> &Frame;
     /// What is known of a cell.
     fn state(&self, cell: Cell) -> CellState;
-    /// Takes in a ray of a sensor, as [`GridMap::trace`], from where the robot is.
-    fn trace(&mut self, from: Point2, to: Point2, end: RayEnd);
+    /// Takes in what a sensor tells, as [`GridMap::sense`], from where the robot is.
+    fn sense(&mut self, from: Point2, beam: &Beam);
     /// Sets what is known of a cell, as [`GridMap::set`].
     fn set(&mut self, cell: Cell, state: CellState);
     /// A rectangle with all cells whose state has changed since this was last asked; `None` where none
@@ -277,8 +277,8 @@ impl<
         self.map.state(cell)
     }
 
-    fn trace(&mut self, from: Point2, to: Point2, end: RayEnd) {
-        if let Some(area) = self.map.trace(from, to, end) {
+    fn sense(&mut self, from: Point2, beam: &Beam) {
+        if let Some(area) = self.map.sense(from, beam) {
             self.note(area);
         }
         let frame = *self.map.frame();

@@ -1,6 +1,6 @@
 //! One robot that explores: its map, its marks, its goal, and its part in the team.
 
-use grid_map::{Area, Cell, CellState, Frame, RayEnd, TooManyCells};
+use grid_map::{Area, Beam, Cell, CellState, Frame, RayEnd, TooManyCells};
 use heapless::{Deque, Vec};
 use units::{Duration, Instant, Metres, Point2, Pose2};
 
@@ -95,15 +95,6 @@ impl Config {
     pub(crate) fn most_tiles(&self) -> usize {
         or_all(self.compared_tiles)
     }
-}
-
-/// A ray of a sensor, from the robot to a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beam {
-    /// The end.
-    pub to: Point2,
-    /// What is there.
-    pub end: RayEnd,
 }
 
 /// What a robot perceives since its last step.
@@ -379,8 +370,9 @@ impl<G: Ground, const ROBOTS: usize, const RECORDS: usize> Explorer<G, ROBOTS, R
     pub fn step(&mut self, now: Instant, inputs: &Inputs<'_>) -> Outputs {
         let mut out = Outputs::default();
         for beam in inputs.beams {
-            self.ground.trace(inputs.pose.at, beam.to, beam.end);
-            if self.config.limits.gaze == Gaze::Around && beam.end == RayEnd::Obstacle {
+            self.ground.sense(inputs.pose.at, beam);
+            let is_narrow = self.config.limits.gaze == Gaze::Around && beam.cone.is_none();
+            if is_narrow && beam.end == RayEnd::Obstacle {
                 self.thicken(inputs.pose.at, beam.to);
             }
         }

@@ -43,8 +43,9 @@ pub use atlas::{
 };
 pub use board::Candidate;
 pub use cluster::{MOST_ROBOTS, RobotSet, cluster};
-pub use explorer::{Beam, Config, Explorer, Inputs, Outputs};
+pub use explorer::{Config, Explorer, Inputs, Outputs};
 pub use flight::{Gaze, Limits, Motion};
+pub use grid_map::{Beam, Cone, Side};
 pub use overlap::{NEAR, Shape, is_overlapped};
 pub use packet::{
     Activity, Bid, Body, Changes, Known, MOST_BIDS, MOST_BYTES, MOST_CHANGES, MOST_KNOWN,

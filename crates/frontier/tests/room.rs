@@ -47,7 +47,7 @@ impl Flight {
         self.now_ms += 200;
         let beam = |n: u16| {
             let (sin, cos) = Radians(f32::from(n) * 0.02).sin_cos();
-            Beam { to: Point2::new(at.x + REACH * cos, at.y + REACH * sin), end: RayEnd::Clear }
+            Beam::ray(Point2::new(at.x + REACH * cos, at.y + REACH * sin), RayEnd::Clear)
         };
         let beams: Vec<Beam> = (0..315).map(beam).collect();
         let statuses: Vec<Vec<u8>> = speakers.iter().map(|&robot| self.status(robot)).collect();

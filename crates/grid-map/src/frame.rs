@@ -129,6 +129,13 @@ impl Frame {
         inside.then_some(Cell { column: x as u16, row: y as u16 })
     }
 
+    /// The cell in which a point lies, or the one nearest to it.
+    pub(crate) fn nearest(&self, point: Point2) -> Cell {
+        let [x, y] = self.in_cells(point);
+        // A conversion takes what is too large or too small for the nearest number.
+        Cell { column: (x as u16).min(self.columns - 1), row: (y as u16).min(self.rows - 1) }
+    }
+
     /// The middle of a cell.
     #[must_use]
     pub fn centre(&self, cell: Cell) -> Point2 {

@@ -27,6 +27,7 @@
 
 mod area;
 mod clearance;
+mod cone;
 mod frame;
 mod frontier;
 mod map;
@@ -35,6 +36,7 @@ mod ray;
 
 pub use area::Area;
 pub use clearance::{Clearance, FARTHEST_CLEARANCE};
+pub use cone::{Beam, Cone, Side};
 pub use frame::{Cell, Frame, FrameError};
 pub use frontier::MOST_GAIN;
 pub use map::{CellState, GridMap, RayEnd, TooManyCells};

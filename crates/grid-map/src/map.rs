@@ -57,8 +57,19 @@ impl fmt::Display for TooManyCells {
 const CELLS_PER_BYTE: usize = 4;
 const LEAST_EVIDENCE: i8 = -1;
 const MOST_EVIDENCE: i8 = 2;
-const PASSED: i8 = -1;
-const STRUCK: i8 = 2;
+
+/// What a reading shows of a cell, in steps of the evidence that it is occupied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Evidence(i8);
+
+impl Evidence {
+    /// The beam passed through the cell.
+    pub(crate) const PASSED: Self = Self(-1);
+    /// The beam ended in the cell.
+    pub(crate) const STRUCK: Self = Self(2);
+    /// The beam may have ended in the cell.
+    pub(crate) const DOUBTED: Self = Self(1);
+}
 
 /// An occupancy grid of at most four times `BYTES` cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,9 +142,8 @@ impl<const BYTES: usize> GridMap<BYTES> {
     pub fn trace(&mut self, from: Point2, to: Point2, end: RayEnd) -> Option<Area> {
         let mut changed: Option<Area> = None;
         for (cell, is_last) in Ray::new(&self.frame, from, to) {
-            let by = if is_last && end == RayEnd::Obstacle { STRUCK } else { PASSED };
-            let sum = self.evidence(cell) + by;
-            if self.put(cell, sum.clamp(LEAST_EVIDENCE, MOST_EVIDENCE)) {
+            let is_end = is_last && end == RayEnd::Obstacle;
+            if self.weigh(cell, if is_end { Evidence::STRUCK } else { Evidence::PASSED }) {
                 changed = Some(Area::of(cell).and_maybe(changed));
             }
         }
@@ -157,6 +167,12 @@ impl<const BYTES: usize> GridMap<BYTES> {
             0b10 => 2,
             _ => -1,
         }
+    }
+
+    /// Adds what a reading shows of a cell; says whether its state is another one than before.
+    pub(crate) fn weigh(&mut self, cell: Cell, Evidence(by): Evidence) -> bool {
+        let sum = self.evidence(cell) + by;
+        self.put(cell, sum.clamp(LEAST_EVIDENCE, MOST_EVIDENCE))
     }
 
     /// Sets the evidence of a cell; says whether its state is another one than before.

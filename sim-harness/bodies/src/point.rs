@@ -9,7 +9,7 @@ use units::{Duration, Metres, MetresPerSecond, Point2, Setpoint, Volts};
 
 use scenario::VehicleSpec;
 
-use super::craft::Surroundings;
+use super::craft::{Surroundings, level_range};
 
 use battery::PointBattery;
 use random::Stream;
@@ -230,7 +230,11 @@ impl PointBody {
         let half = core::f32::consts::FRAC_1_SQRT_2;
         let mut beam = |forward: f32, left: f32| {
             let direction = [(x * forward - y * left) * half, (y * forward + x * left) * half];
-            let wall = around.tunnel.range(self.position, direction, spec.reach);
+            let wall = if spec.sees_cones {
+                level_range(around.tunnel, self.position, direction, spec.reach)
+            } else {
+                around.tunnel.range(self.position, direction, spec.reach)
+            };
             let drone = around.others.seen(self.position, self.height, direction);
             let mut distance = drone.map_or(wall, |drone| wall.min(drone));
             if spec.range_noise > 0.0 {

@@ -7,12 +7,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use agent::ExploreConfig;
+
 use input::InputError;
 use input::reader::{At, Reader};
 use maps::LONGEST_ROUTE;
 use maps::tunnel::TunnelTable;
 use serde::Deserialize;
 use toml::{Table, Value};
+
 use units::MissionKind;
 
 use super::{Changes, Fidelity, LinkModel, Scenario, Setting};
@@ -108,7 +111,10 @@ fn assemble(path: &Path, text: &str, changes: &Changes) -> Result<Scenario, Inpu
         None => TunnelTable::dig(&file.tunnel, &reader)?,
     };
     let drones = DronesTable::read(&file.drones, &tunnel, &reader)?;
-    let mut vehicle = file.vehicle.read(&reader)?;
+    let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;
+    let link = link(file.link.as_ref(), fidelity, &reader)?;
+    let mission = mission(file.mission.as_ref(), link, &reader)?;
+    let mut vehicle = file.vehicle.read(mission, &reader)?;
     if let Some(reach) = route.as_ref().and_then(|route| route.long_reach_m)
         && changes.suits_width
     {
@@ -120,10 +126,9 @@ fn assemble(path: &Path, text: &str, changes: &Changes) -> Result<Scenario, Inpu
     constants.agent.flight.keeps_way_home = !drones.fetched;
     constants.agent.swarm = file.swarm.read(drones.flying(), &reader)?;
     constants.agent.explore = file.explore.read(&reader)?;
+    constants.agent.explore.cone = vehicle.sees_cones.then_some(ExploreConfig::CONE);
     let name = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
     let duration_us = reader.micros(&file.duration_s, "duration_s", 0.2..=86_400.0)?;
-    let fidelity = fidelity(file.fidelity.as_ref(), &reader)?;
-    let link = link(file.link.as_ref(), fidelity, &reader)?;
     let depth_m = file.depth_m.as_ref().map(|key| reader.number(key, "depth_m", DEPTHS));
     Ok(Scenario {
         name,
@@ -131,7 +136,7 @@ fn assemble(path: &Path, text: &str, changes: &Changes) -> Result<Scenario, Inpu
         duration_us,
         fidelity,
         link,
-        mission: mission(file.mission.as_ref(), link, &reader)?,
+        mission,
         tunnel: Arc::new(tunnel),
         route: route.map(Arc::new),
         radio,

@@ -108,6 +108,7 @@ fn vehicle(vehicle: &VehicleSpec) -> Keys {
         ("radius_m", number(vehicle.radius)),
         ("reach_m", number(vehicle.reach)),
         ("range_noise_m", number(vehicle.range_noise)),
+        ("sees_cones", vehicle.sees_cones.into()),
         ("sees_drones", vehicle.sees_drones.into()),
         ("vibration_g", number(vehicle.vibration)),
         ("thrust", number(vehicle.thrust)),

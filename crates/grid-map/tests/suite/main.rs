@@ -1,6 +1,7 @@
 //! Tests of the grid against plain and slow computations of the same.
 
 mod clearance;
+mod cone;
 mod frontier;
 mod map;
 mod path;

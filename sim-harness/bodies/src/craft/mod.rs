@@ -46,6 +46,7 @@ use flow::Flow;
 use imu::Imu;
 use motors::Motors;
 use rangers::Ranger;
+pub(crate) use rangers::level_range;
 use record::Record;
 use vibration::Vibration;
 

@@ -4,6 +4,8 @@
 //! reflected light falls with the square of the distance and with the slant of the surface, and
 //! below a limit there is no reading. Beams are fixed to the body: a tilted one can see the floor.
 
+use std::iter;
+
 use random::Stream;
 use sensors::vl53l1x::{CountRate, RangeStatus, Reading};
 use units::{Metres, Point2};
@@ -99,8 +101,7 @@ impl Ranger {
                 .map(|seen| Seen { signal: sensitivity * seen.signal, ..seen });
             strongest = strongest.max(seen.map_or(0.0, |seen| seen.signal));
         }
-        let strong = seen.into_iter().flatten().filter(|s| s.signal >= STRONG * strongest);
-        let nearest = strong.min_by(|a, b| a.distance.total_cmp(&b.distance));
+        let nearest = nearest(seen, strongest);
         // A drone stands apart from the wall behind it, so that the sensor reports it as the nearer of two.
         let [x, y, _] = turned(rotation, [beam[0], beam[1], 0.0]);
         let drone = around.others.seen(Point2::new(position[0], position[1]), position[2], [x, y]);
@@ -144,6 +145,31 @@ impl Ranger {
 struct Seen {
     distance: f32,
     signal: f32,
+}
+
+/// The nearest of the surfaces that return a strong part of the strongest one's light.
+fn nearest<const RAYS: usize>(seen: [Option<Seen>; RAYS], strongest: f32) -> Option<Seen> {
+    let strong = seen.into_iter().flatten().filter(|s| s.signal >= STRONG * strongest);
+    strong.min_by(|a, b| a.distance.total_cmp(&b.distance))
+}
+
+/// The distance that a level beam along the unit vector `beam` tells on a floor plan, by the level rays of its cone, m;
+/// infinite where it meets nothing within `reach`.
+pub(crate) fn level_range(tunnel: &Tunnel, at: Point2, beam: [f32; 2], reach: f32) -> f32 {
+    let [x, y] = beam;
+    let beside = RINGS.into_iter().flat_map(|([cosine, sine], sensitivity)| {
+        [sine, -sine].map(|sine| ([x * cosine - y * sine, y * cosine + x * sine], sensitivity))
+    });
+    let mut seen = [None; 5];
+    let mut strongest = 0.0_f32;
+    for ((way, sensitivity), seen) in iter::once((beam, 1.0)).chain(beside).zip(&mut seen) {
+        *seen = tunnel.strike(at, way, reach).map(|(distance, slant)| {
+            let signal = sensitivity * slant / (distance * distance).max(NEAREST * NEAREST);
+            Seen { distance, signal }
+        });
+        strongest = strongest.max(seen.map_or(0.0, |seen| seen.signal));
+    }
+    nearest(seen, strongest).map_or(f32::INFINITY, |seen| seen.distance)
 }
 
 /// The length of a ray, m.

@@ -4,6 +4,7 @@ use input::InputError;
 use input::reader::{At, Pair, Reader};
 use random::Stream;
 use serde::Deserialize;
+use units::MissionKind;
 
 /// The vehicle's constants, the same for all drones of a mission.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +21,9 @@ pub struct VehicleSpec {
     pub reach: f32,
     /// Standard deviation of one range, m.
     pub range_noise: f32,
+    /// Whether the side rangers of points see cones, as those of rigid bodies always do, and not rays: drones that
+    /// draw maps do, unless the scenario says otherwise.
+    pub sees_cones: bool,
     /// Whether the side rangers see other drones.
     pub sees_drones: bool,
     /// Standard deviation along each axis of a position by a positioning system, m; `None` without
@@ -64,6 +68,7 @@ impl VehicleSpec {
         radius: 0.08,
         reach: 2.0,
         range_noise: 0.0,
+        sees_cones: false,
         sees_drones: true,
         position_noise: None,
         charge: 1.0,
@@ -106,6 +111,7 @@ pub(crate) struct VehicleTable {
     radius_m: Option<At<f32>>,
     reach_m: Option<At<f32>>,
     range_noise_m: Option<At<f32>>,
+    sees_cones: Option<bool>,
     sees_drones: Option<bool>,
     position_noise_m: Option<At<f32>>,
     vibration_g: Option<At<f32>>,
@@ -120,7 +126,11 @@ pub(crate) struct VehicleTable {
 
 impl VehicleTable {
     /// Checks the section.
-    pub(crate) fn read(&self, reader: &Reader<'_>) -> Result<VehicleSpec, InputError> {
+    pub(crate) fn read(
+        &self,
+        mission: MissionKind,
+        reader: &Reader<'_>,
+    ) -> Result<VehicleSpec, InputError> {
         let usual = VehicleSpec::DEFAULT;
         let number = |value: &Option<At<f32>>, key, range, default| {
             reader.or(value.as_ref(), key, range, default)
@@ -148,6 +158,7 @@ impl VehicleTable {
                 0.0..=1.0,
                 usual.range_noise,
             )?,
+            sees_cones: self.sees_cones.unwrap_or(mission == MissionKind::Explore),
             sees_drones: self.sees_drones.unwrap_or(usual.sees_drones),
             position_noise: self
                 .position_noise_m
