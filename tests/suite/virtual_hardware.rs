@@ -52,7 +52,7 @@ fn head(board_name: &'static str, version: &str, fault: Option<(Fault, u64)>) ->
     assert_eq!(mission.halted(), None);
     let take_offs = mission.bodies().next().unwrap().craft().unwrap().record().take_offs();
     let drone = mission.emulated_drone(0).unwrap();
-    let radio = drone.machine().board().radio();
+    let radio = drone.machine().board().radio().model().unwrap();
     let lines: Vec<_> = drone.log().iter().map(|line| line.text.as_str()).collect();
     Went { take_offs, counters: radio.counters(), log: lines.join("\n") }
 }
