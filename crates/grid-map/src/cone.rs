@@ -57,17 +57,12 @@ pub enum Side {
     Right,
 }
 
-/// The most samples of an arc to each side of its middle. At the reach of 2 m the whole cone of a VL53L1X has 19, at half a
-/// cell of 0.1 m each.
-const MOST_SAMPLES: u16 = 24;
-/// Samples of an arc to a cell's side.
+/// Samples of an arc to a cell's side, and the most to each side of the middle of an arc that is drawn.
 const SAMPLES_A_CELL: f32 = 2.0;
+const MOST_SAMPLES: u16 = (SAMPLES_A_CELL * WIDEST_CELLS) as u16;
 /// A cell whose middle is less than so many cells nearer than the surface may be a part of it. Our own number: half a cell
 /// would do for readings and places without errors.
 const MARGIN_CELLS: f32 = 0.75;
-/// An unknown cell is no surface where a known one is so near to it on the arc, in cells. Our own number: gaps of two cells
-/// stay in walls, which are no frontiers of a robot that needs room.
-const EXPLAINED_CELLS: f32 = 2.5;
 /// A surface is not drawn where half of the arc on which it may be has more cells: the robot has to come nearer. Our own
 /// number: with 3.5 drones of the simulator drew 0.9 % of the walls where there are none, and with 2.5 they drew 0.3 %.
 const WIDEST_CELLS: f32 = 2.5;
@@ -123,12 +118,9 @@ impl<const BYTES: usize> GridMap<BYTES> {
     /// At which slope of the arc the surface is, and how much the reading shows of that.
     fn surface(&self, sector: &Sector, side: Side) -> (f32, Evidence) {
         let may_be = |&slope: &f32| self.state_at(sector, slope) != Some(CellState::Free);
-        if let Some(edge) = sector.cone.edge(side).filter(may_be) {
-            (edge, Evidence::DOUBTED)
-        } else if may_be(&0.0) {
-            (self.explaining(sector).unwrap_or(0.0), Evidence::DOUBTED)
-        } else {
-            self.suspects(sector).surface()
+        match sector.cone.edge(side).filter(may_be) {
+            Some(edge) => (edge, Evidence::DOUBTED),
+            None => self.suspects(sector).surface(may_be(&0.0)),
         }
     }
 
@@ -137,18 +129,10 @@ impl<const BYTES: usize> GridMap<BYTES> {
         self.frame().cell_at(sector.point(1.0, slope)).map(|cell| self.state(cell))
     }
 
-    /// The slope of an occupied cell near the middle of the arc, which explains the reading.
-    fn explaining(&self, sector: &Sector) -> Option<f32> {
-        let near = EXPLAINED_CELLS * sector.resolution / sector.length;
-        sector
-            .slopes(near.min(sector.cone.whole))
-            .find(|slope| self.state_at(sector, *slope) == Some(CellState::Occupied))
-    }
-
-    /// The cells of an arc whose middle was shown to be free.
+    /// The cells of an arc that were not shown to be free.
     fn suspects(&self, sector: &Sector) -> Suspects {
         let mut suspects = Suspects::default();
-        for slope in sector.slopes(sector.cone.whole) {
+        for slope in sector.slopes() {
             match self.state_at(sector, slope) {
                 Some(CellState::Occupied) => {
                     suspects.occupied = suspects.occupied.or(Some(slope));
@@ -177,7 +161,7 @@ impl Cone {
     }
 }
 
-/// The cells of an arc whose middle was shown to be free, one of which the surface is.
+/// The cells of an arc that were not shown to be free, one of which the surface is.
 #[derive(Clone, Copy, Debug, Default)]
 struct Suspects {
     /// The slope nearest to the middle at which a cell is occupied.
@@ -187,12 +171,14 @@ struct Suspects {
 }
 
 impl Suspects {
-    /// At which slope the surface is, and how much the reading shows of that.
-    fn surface(&self) -> (f32, Evidence) {
+    /// At which slope the surface is, and how much the reading shows of that: where a wall is known, which explains the
+    /// reading, then in the middle, where it may be there, and then among the unknown cells of a side.
+    fn surface(&self, may_be_in_the_middle: bool) -> (f32, Evidence) {
         let [right, left] = self.unknown;
         let (sum, count) = if left.1 > right.1 { left } else { right };
         match self.occupied {
             Some(slope) => (slope, Evidence::DOUBTED),
+            None if may_be_in_the_middle => (0.0, Evidence::DOUBTED),
             None if count > 0 => (sum / f32::from(count), Evidence::DOUBTED),
             // What was shown to be free is not: a surface was not seen, or has come.
             None => (0.0, Evidence::STRUCK),
@@ -234,11 +220,11 @@ impl Sector {
         Point2::new(self.from.x + scale * (x - slope * y), self.from.y + scale * (y + slope * x))
     }
 
-    /// Slopes of the arc, half a cell apart, from none outwards to both sides up to `most`.
-    fn slopes(&self, most: f32) -> impl Iterator<Item = f32> + use<> {
-        let step = self.resolution / (SAMPLES_A_CELL * self.length);
+    /// Slopes of the arc, half a cell apart, from the middle outwards to both sides.
+    fn slopes(&self) -> impl Iterator<Item = f32> + use<> {
+        let (step, whole) = (self.resolution / (SAMPLES_A_CELL * self.length), self.cone.whole);
         let slopes = (0..=MOST_SAMPLES).map(move |n| f32::from(n) * step);
-        let slopes = slopes.take_while(move |slope| *slope <= most);
+        let slopes = slopes.take_while(move |slope| *slope <= whole);
         slopes.flat_map(|slope| [Some(slope), (slope > 0.0).then_some(-slope)]).flatten()
     }
 

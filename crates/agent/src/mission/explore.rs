@@ -42,10 +42,10 @@ const RECORDS: usize = 800;
 /// The packets of others that a drone takes in a round: as many as its mailbox holds.
 const MOST_PACKETS: usize = 24;
 /// A frontier has so many unknown cells around it, of 48. Our own number: gaps of one or two cells that beams leave in
-/// walls are none. With 6 drones of the simulator looked at more of them, and with 10 they knew as much.
+/// walls are none. Drones of the simulator knew as much with 6 and with 10.
 const LEAST_GAIN: u8 = 8;
 /// Frontiers with an obstacle within so many cells do not count: robots flew back through a whole plan for single
-/// cells beside walls. With two cells a quarter of the simulator's missions at flight level stopped early.
+/// cells beside walls. With two cells a fifth of the simulator's missions at flight level, and more, stopped early.
 const FRONTIER_ROOM: u8 = 1;
 /// A search of ways that visits more cells goes on in the next round.
 const SEARCH_CELLS: u16 = 8_000;

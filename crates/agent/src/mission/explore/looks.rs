@@ -19,9 +19,9 @@ const LEAST_TURN: f32 = 0.05;
 /// beam; one square to the beam does not change. Our own number: such a surface is slanted by 27° and more.
 const SLANTED: f32 = 0.5;
 /// A distance that grows by more is that of another surface. Our own number: one that is slanted by 63°.
-const LEFT: f32 = 2.0;
-/// A distance that changes less does so by the errors of the ranger and of the place, m: two to three standard
-/// deviations of a place that is known to a centimetre.
+const GONE: f32 = 2.0;
+/// A distance that changes less does so by the errors of the ranger and of the place, m: twice the
+/// standard deviation of the way between two places that are known to a centimetre.
 const LEAST_CHANGE: f32 = 0.03;
 
 /// How far the beams see, and how widely.
@@ -39,6 +39,7 @@ pub(super) struct Sight {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Looks {
     pose: Pose2,
+    /// What each beam told, m; `None` where it had no reading.
     distances: [Option<f32>; BEAMS],
 }
 
@@ -94,7 +95,7 @@ impl Looks {
             return Side::Unknown;
         }
         let slant = change / (turned * distance);
-        if change > 0.0 && slant.abs() > LEFT {
+        if change > 0.0 && slant.abs() > GONE {
             Side::Unknown
         } else if slant > SLANTED {
             Side::Right
@@ -116,14 +117,18 @@ mod tests {
         Pose2 { at: Point2::new(0.0, 0.0), yaw: Radians(yaw) }
     }
 
-    /// The side that the north-western beam tells after two readings, a tenth of a radian apart.
-    fn side(first: f32, second: f32) -> Side {
-        let ranges = |nw| Diagonals {
+    /// Ranges of which the north-western one alone is a reading, m.
+    fn ranges(nw: f32) -> Diagonals {
+        Diagonals {
             nw: Range::At(Metres(nw)),
             ne: Range::Invalid,
             sw: Range::Invalid,
             se: Range::Invalid,
-        };
+        }
+    }
+
+    /// The side that the north-western beam tells after two readings, a tenth of a radian apart.
+    fn side(first: f32, second: f32) -> Side {
         let mut looks = Looks::NONE;
         looks.take(at(0.0), &ranges(first), SIGHT, |_| false);
         looks.take(at(0.1), &ranges(second), SIGHT, |_| false)[0].side
@@ -148,12 +153,6 @@ mod tests {
 
     #[test]
     fn the_way_of_the_drone_counts_out_of_what_it_tells() {
-        let ranges = |nw| Diagonals {
-            nw: Range::At(Metres(nw)),
-            ne: Range::Invalid,
-            sw: Range::Invalid,
-            se: Range::Invalid,
-        };
         let mut looks = Looks::NONE;
         looks.take(at(0.0), &ranges(1.0), SIGHT, |_| false);
         // 0.06 m nearer along the beam at 45°, to a wall square to it.
