@@ -26,6 +26,7 @@ mod leds;
 mod noise;
 pub mod nrf51;
 mod radio_chip;
+mod serial;
 mod transcript;
 
 use std::sync::Arc;

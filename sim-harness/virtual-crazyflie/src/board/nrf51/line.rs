@@ -3,18 +3,14 @@
 
 use std::collections::VecDeque;
 
-use super::super::noise::{Fate, Noise};
+use super::super::serial::{BIT, Received, SerialLine};
 use crate::soc::{Nanos, UartByte};
 
-/// A bit at 1 Mbaud.
-const BIT: u32 = 1_000;
 /// Start, eight bits, stop.
 const BITS: Nanos = 10 * BIT as Nanos;
 /// From one byte that the chip sends to the next: it waits for the end of one, and fetches the next
 /// only then.
 pub const BYTE: Nanos = 12_700;
-/// A receiver follows a sender whose bits are longer or shorter by so many ns: half a bit in ten.
-const TOLERANCE: u32 = BIT / 20;
 
 /// Bytes that the chip's program keeps (`uart.c`: `Q_LENGTH` less the one that stays empty). The
 /// interrupt drops what comes when they are full, and the pin does not tell.
@@ -56,7 +52,7 @@ pub(super) struct Line {
     kept: VecDeque<u8>,
     pub(super) busy: Option<Busy>,
     out: VecDeque<UartByte>,
-    pub(super) noise: (Noise, Noise),
+    pub(super) wire: SerialLine,
     pub(super) losses: Losses,
 }
 
@@ -67,7 +63,7 @@ impl Line {
             kept: VecDeque::new(),
             busy: None,
             out: VecDeque::new(),
-            noise: (Noise::none(), Noise::none()),
+            wire: SerialLine::clear(),
             losses: Losses { dropped: 0, broken: 0 },
         }
     }
@@ -81,11 +77,10 @@ impl Line {
 
     /// A byte from the flight processor, whose stop bit passes now.
     pub(super) fn take(&mut self, now: Nanos, byte: u8, bit: u32) {
-        let fits = BIT.abs_diff(bit) <= TOLERANCE;
-        let byte = match self.noise.0.pass(byte) {
-            Fate::Intact(byte) | Fate::Noisy(byte) if fits => byte,
-            Fate::Lost => return,
-            _ => {
+        let byte = match self.wire.receive(byte, bit) {
+            Received::Byte(byte) => byte,
+            Received::Nothing => return,
+            Received::Broken => {
                 self.losses.broken += 1;
                 return;
             }
@@ -164,11 +159,8 @@ impl Line {
     pub(super) fn give(&mut self, now: Nanos) -> Option<UartByte> {
         while self.due() <= now {
             let byte = self.out.pop_front()?;
-            match self.noise.1.pass(byte.data) {
-                Fate::Intact(data) => return Some(UartByte { data, ..byte }),
-                Fate::Noisy(data) => return Some(UartByte { data, noise: true, ..byte }),
-                Fate::Broken(data) => return Some(UartByte { data, broken: true, ..byte }),
-                Fate::Lost => {}
+            if let Some(byte) = self.wire.send(byte) {
+                return Some(byte);
             }
         }
         None

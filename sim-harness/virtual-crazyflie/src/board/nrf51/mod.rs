@@ -45,7 +45,7 @@ pub use power::{OffCause, Power};
 pub use radio::{Answer, Datarate, Tuning};
 
 use super::deck_memory::DeckMemory;
-use super::noise::{Noise, Shares};
+use super::noise::Shares;
 use crate::soc::{Level, Nanos, UartByte};
 use battery::Battery;
 use frame::{Found, Parser, frame, kind};
@@ -258,7 +258,7 @@ impl Nrf51 {
     }
 
     pub(super) fn disturb(&mut self, shares: Shares, seed: u64) {
-        self.line.noise = (Noise::new(shares, seed), Noise::new(shares, !seed));
+        self.line.wire.disturb(shares, seed);
     }
 
     /// Resets the chip: its state is lost, and it neither receives nor sends while it boots.

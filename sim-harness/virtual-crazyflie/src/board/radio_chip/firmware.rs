@@ -19,10 +19,11 @@ use units::Volts;
 
 use super::boot::RadioFirmware;
 use super::{Heard, What};
-use crate::board::noise::{Fate, Noise, Shares};
+use crate::board::noise::Shares;
 use crate::board::nrf51::{
     ANSWERS_AFTER, Answer, Datarate, OffCause, Power, RAMP_UP, Sent, Tuning,
 };
+use crate::board::serial::{BIT, Received, SerialLine};
 use crate::soc::{Level, Nanos, UartByte};
 
 /// The pins of port 0.
@@ -41,9 +42,6 @@ pub(super) const BATTERY: (u8, f32) = (2, 3.0);
 const SLICE: Nanos = 8_000;
 /// A press of the button: long enough to be none of its bounces, too short to be a long one.
 const PRESS: Nanos = 100_000_000;
-/// A bit on the line, and by how much one may be longer or shorter: half a bit in ten.
-const BIT: u32 = 1_000;
-const TOLERANCE: u32 = BIT / 20;
 /// The address of packets to all.
 const BROADCAST: [u8; 5] = [0xFF, 0xE7, 0xE7, 0xE7, 0xE7];
 /// The most payload of a packet (MAXLEN).
@@ -60,7 +58,7 @@ pub struct FirmwareChip {
     /// A chip that was reset gives the supply anew; until then the flight processor keeps it.
     restarts: bool,
     pressed_until: Nanos,
-    noise: (Noise, Noise),
+    wire: SerialLine,
     out: VecDeque<UartByte>,
     answers: Vec<Answer>,
     fault: Option<Fault>,
@@ -78,7 +76,7 @@ impl FirmwareChip {
             power: Power::On,
             restarts: false,
             pressed_until: Nanos::MAX,
-            noise: (Noise::none(), Noise::none()),
+            wire: SerialLine::clear(),
             out: VecDeque::new(),
             answers: Vec::new(),
             fault: None,
@@ -182,22 +180,18 @@ impl FirmwareChip {
         if self.power != Power::On {
             return;
         }
-        let fits = BIT.abs_diff(bit) <= TOLERANCE;
-        let byte = match self.noise.0.pass(byte) {
-            Fate::Intact(byte) | Fate::Noisy(byte) if fits => Some(byte),
-            Fate::Lost => return,
-            _ => None,
+        let byte = match self.wire.receive(byte, bit) {
+            Received::Byte(byte) => Some(byte),
+            Received::Broken => None,
+            Received::Nothing => return,
         };
         self.chip.receive(self.cycle(now), byte);
     }
 
     pub(super) fn give(&mut self, now: Nanos) -> Option<UartByte> {
         while let Some(byte) = self.out.pop_front_if(|byte| byte.at <= now) {
-            match self.noise.1.pass(byte.data) {
-                Fate::Intact(data) => return Some(UartByte { data, ..byte }),
-                Fate::Noisy(data) => return Some(UartByte { data, noise: true, ..byte }),
-                Fate::Broken(data) => return Some(UartByte { data, broken: true, ..byte }),
-                Fate::Lost => {}
+            if let Some(byte) = self.wire.send(byte) {
+                return Some(byte);
             }
         }
         None
@@ -273,7 +267,7 @@ impl FirmwareChip {
     }
 
     pub(super) fn disturb(&mut self, shares: Shares, seed: u64) {
-        self.noise = (Noise::new(shares, seed), Noise::new(shares, !seed));
+        self.wire.disturb(shares, seed);
     }
 
     /// Resets the chip, beside a flight processor that runs on.
