@@ -101,7 +101,7 @@ pub fn unfit(scenario: &Scenario) -> Option<&'static str> {
     } else if scenario.mission == MissionKind::Swarm && stored_plan(&agent.swarm).is_none() {
         Some("a swarm with another speed, or a plan that is finer than a centimetre or too large")
     } else if scenario.mission == MissionKind::Explore && agent.explore != default.explore {
-        Some("another area to explore")
+        Some("another area to explore, or side rangers that see rays")
     } else if agent.nav != default.nav {
         Some("side rangers with another reach")
     } else if !matches!(scenario.drones.start, scenario::Start::Mouth) {
