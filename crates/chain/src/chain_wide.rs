@@ -36,7 +36,8 @@
 //! shrinks each time that its imbalance changes its sign, and grows again while an imbalance or a
 //! missing way persists (M. Riedmiller and H. Braun, *A direct adaptive method for faster
 //! backpropagation learning*, 1993, do so with the steps of a descent). A relay uses its whole gain
-//! while the head flies, whose motion and not the noise then makes the links unequal.
+//! while the head flies, whose motion and not the noise then makes the links unequal, and while the head
+//! calls for a relay, since its links hold it then until the chain is longer.
 
 use units::{Db, DbPerMetre, Duration, LinkSum, Metres, MetresPerDb, MetresPerSecond};
 
@@ -76,8 +77,8 @@ pub struct Caution {
     /// The factor by which the part changes in each round in which the imbalance is larger than
     /// three standard deviations and has kept its sign.
     pub up: f32,
-    /// A relay uses its whole gain while the head is at least this fast. While the head is slower,
-    /// the unused part of the gain is used in proportion to the head's velocity.
+    /// A relay uses its whole gain while the head is at least this fast, or calls. While the head is
+    /// slower, the unused part of the gain is used in proportion to the head's velocity.
     pub whole_gain_from: MetresPerSecond,
 }
 
@@ -88,6 +89,15 @@ pub struct Side {
     pub link: LinkState,
     /// The sums over the links beyond the neighbour.
     pub beyond: LinkSum,
+}
+
+/// What the relays are told of the head.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeadNews {
+    /// The velocity of the head along the tunnel, smoothed.
+    pub velocity: MetresPerSecond,
+    /// Whether the head is held by its links and calls for a relay.
+    pub calls: bool,
 }
 
 /// The change of a link's length that would give it the loss of the level.
@@ -220,15 +230,15 @@ impl ChainWideState {
         Wanted::of(config, &side.link, reference + level).sum(level).and(side.beyond)
     }
 
-    /// The velocity of a relay between these two sides over the next round of `dt`. `head_velocity`
-    /// is that of the head, which every relay follows in proportion to its place in the chain,
-    /// because the links show a motion of the head only after it has made them unequal.
+    /// The velocity of a relay between these two sides over the next round of `dt`. Every relay
+    /// follows the velocity of the `head` in proportion to its place in the chain, because the links show
+    /// a motion of the head only after it has made them unequal.
     pub fn step(
         &mut self,
         config: &ChainWide,
         dt: Duration,
         [front, back]: [&Side; 2],
-        head_velocity: MetresPerSecond,
+        head: HeadNews,
     ) -> MetresPerSecond {
         let (ahead, behind) = (self.sum(config, front), self.sum(config, back));
         let Some(level) = ahead.and(behind).level() else { return MetresPerSecond::ZERO };
@@ -249,9 +259,12 @@ impl ChainWideState {
         self.adapt(&config.caution, dt, imbalance / deviation, missing);
         let feedback = config.gain * outside(missing, config.near.0) + config.local_gain * local;
         let share = behind.compliance.0 / (ahead.compliance.0 + behind.compliance.0);
-        let under_way = (head_velocity.0.abs() / config.caution.whole_gain_from.0).min(1.0);
+        let under_way = match head.calls {
+            true => 1.0,
+            false => (head.velocity.0.abs() / config.caution.whole_gain_from.0).min(1.0),
+        };
         let used = self.caution + (1.0 - self.caution) * under_way;
-        MetresPerSecond(used * feedback) + head_velocity * (config.follow * share)
+        MetresPerSecond(used * feedback) + head.velocity * (config.follow * share)
     }
 
     /// Adapts the part of the gain to an imbalance, in standard deviations, and a way that is

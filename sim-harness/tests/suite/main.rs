@@ -27,6 +27,7 @@ mod medium;
 mod memory;
 mod odometry;
 mod order;
+mod overshot;
 mod perch;
 mod place;
 mod plan;

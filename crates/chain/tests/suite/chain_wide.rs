@@ -2,7 +2,7 @@
 //! relay's two sides tell it the same, a loss that all links share means nothing, and chains of
 //! any length become equal about as fast as their relays can fly.
 
-use chain::chain_wide::{ChainWide, ChainWideState, Side};
+use chain::chain_wide::{ChainWide, ChainWideState, HeadNews, Side};
 use chain::filter::LinkState;
 use chain::policy::{PolicyConfig, SpeedLaw};
 use proptest::prelude::*;
@@ -40,6 +40,11 @@ fn link(loss: f32, slope: f32) -> LinkState {
     }
 }
 
+/// A head that flies at so many m/s and is not held.
+const fn flies_at(speed: f32) -> HeadNews {
+    HeadNews { velocity: MetresPerSecond(speed), calls: false }
+}
+
 /// The state of a drone that knows this level over the reference.
 fn at_level(level: Option<f32>) -> ChainWideState {
     let mut state = ChainWideState::new();
@@ -75,7 +80,7 @@ fn velocities(config: &ChainWide, links: &[LinkState], head: f32) -> Vec<f32> {
             let side = |link, beyond| Side { link, beyond: sum(config, beyond, level) };
             let front = side(links[at - 1], &links[..at - 1]);
             let back = side(links[at], &links[at + 1..]);
-            at_level(level).step(config, ROUND, [&front, &back], MetresPerSecond(head)).0
+            at_level(level).step(config, ROUND, [&front, &back], flies_at(head)).0
         })
         .collect()
 }
@@ -188,24 +193,24 @@ proptest! {
     #[test]
     fn a_relay_survives_sums_of_any_bits(
         links in links(),
-        claims in prop::collection::vec((any::<u32>(), any::<u32>(), any::<u8>(), any::<u32>()), 1..20),
+        claims in prop::collection::vec((any::<u32>(), any::<u32>(), any::<u8>(), any::<u32>(), any::<bool>()), 1..20),
     ) {
         let config = config();
         let level = Some(level(&config, &links));
         let front = Side { link: links[0], beyond: LinkSum::NONE };
         let back = Side { link: links[1], beyond: sum(&config, &links[2..], level) };
         let mut state = at_level(level);
-        for (surplus, compliance, links, head) in claims {
+        for (surplus, compliance, links, head, calls) in claims {
             let beyond = LinkSum {
                 surplus: Metres(f32::from_bits(surplus)),
                 compliance: MetresPerDb(f32::from_bits(compliance)),
                 links,
             };
-            let head = MetresPerSecond(f32::from_bits(head));
+            let head = HeadNews { calls, ..flies_at(f32::from_bits(head)) };
             state.step(&config, ROUND, [&front, &Side { beyond, ..back }], head);
         }
-        let velocity = state.step(&config, ROUND, [&front, &back], MetresPerSecond::ZERO).0;
-        let still = MetresPerSecond::ZERO;
+        let still = flies_at(0.0);
+        let velocity = state.step(&config, ROUND, [&front, &back], still).0;
         let expected = at_level(level).step(&config, ROUND, [&front, &back], still).0;
         // It may be more cautious than before.
         prop_assert!(velocity.is_finite() && velocity * expected >= 0.0, "{velocity}");
@@ -298,8 +303,7 @@ impl Chain {
             if let (Some(front), Some(back)) = (front, back) {
                 let known = |is_end: bool, side: &Side| is_end || side.beyond.links > 0;
                 if known(at == 1, &front) && known(at + 1 == last, &back) {
-                    let head = MetresPerSecond(head);
-                    let speed = policy.step(config, ROUND, [&front, &back], head);
+                    let speed = policy.step(config, ROUND, [&front, &back], flies_at(head));
                     commands[at] = speed.limited_to(PolicyConfig::CHAIN.max_speed).0;
                 }
             }

@@ -1,5 +1,6 @@
 //! How fast a drone of a chain flies along the tunnel.
 
+use chain::chain_wide::HeadNews;
 use chain::governor::{Governor, HeadLinks};
 use chain::launch::LaunchConfig;
 use chain::neighbours::Neighbour;
@@ -134,8 +135,10 @@ impl Chain {
         if round.way() < PAST_ROW && self.waiting(config, round) > 0 {
             return asked;
         }
-        let asked = self.edge.speed(round.way(), asked);
-        self.speed_at_limit(&config.launch, asked)
+        // A head that has passed an edge is held there, but not where its links do not bear it.
+        let [held, borne] =
+            [self.edge.speed(round.way(), asked), self.speed_at_limit(&config.launch, asked)];
+        MetresPerSecond(if borne < held { borne.0 } else { held.0 })
     }
 
     /// The forward `speed` as far as the level of the chain and the head's own link can spare it.
@@ -211,7 +214,8 @@ impl Chain {
         // A neighbour without sums is an end of the chain: the base, an explorer, or a relay of
         // another policy, between which and the base the chain is equal at least.
         let (ahead, behind) = (side(front, AHEAD)?, side(back, BEHIND)?);
-        let speed = self.chain_wide.step(law, self.dt, [&ahead, &behind], self.head_velocity);
+        let head = HeadNews { velocity: self.head_velocity, calls: self.calls(round.role) };
+        let speed = self.chain_wide.step(law, self.dt, [&ahead, &behind], head);
         let speed = speed.limited_to(config.policy.max_speed);
         let (flown, own) = ((round.way(), self.velocity), Dbm::after_loss(behind.link.loss));
         let is_sent = speed > MetresPerSecond::ZERO;
