@@ -111,7 +111,7 @@ fn after_stop(stop: &Stop, fleet: &Fleet) -> Advice {
 fn trouble(of: &Situation<'_>, retreat_limit: Dbm) -> Option<Advice> {
     of.chain.drones.iter().find_map(|(node, drone)| {
         trouble_of(of.now, drone, retreat_limit)
-            .map(|what| urgent(format!("{}{what}", capital(&of.fleet.name(*node)))))
+            .map(|what| urgent(format!("{}{what}", words::capital(&of.fleet.name(*node)))))
     })
 }
 
@@ -166,12 +166,6 @@ fn next_step(chain: &ChainView) -> &'static str {
         _ if states().any(|state| state == 8) => "Order wait, so that landed drones may fly again.",
         _ => "Ready. Take off when the tunnel is free of people.",
     }
-}
-
-/// A name at the beginning of a sentence.
-fn capital(name: &str) -> String {
-    let mut letters = name.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 #[cfg(test)]

@@ -26,6 +26,7 @@ const SCRIPT: &str = include_str!("page/page.js");
 const GAMEPAD: &str = include_str!("page/gamepad.js");
 const LINE: &str = include_str!("page/line.js");
 const MAP: &str = include_str!("page/map.js");
+const STRIP: &str = include_str!("page/strip.js");
 const STYLE: &str = include_str!("page/page.css");
 
 /// The place in the page where the session token goes.
@@ -80,6 +81,7 @@ pub fn router(access: Access, station: Handle) -> Router {
         .route("/page.js", get(|| async { file("text/javascript; charset=utf-8", SCRIPT) }))
         .route("/gamepad.js", get(|| async { file("text/javascript; charset=utf-8", GAMEPAD) }))
         .route("/line.js", get(|| async { file("text/javascript; charset=utf-8", LINE) }))
+        .route("/strip.js", get(|| async { file("text/javascript; charset=utf-8", STRIP) }))
         .route("/map.js", get(|| async { file("text/javascript; charset=utf-8", MAP) }))
         .route("/page.css", get(|| async { file("text/css; charset=utf-8", STYLE) }))
         .route("/live", get(live))

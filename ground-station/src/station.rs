@@ -18,6 +18,7 @@ use crate::chain_view::ChainView;
 use crate::clock::Clock;
 use crate::console::Console;
 use crate::fleet::Fleet;
+use crate::flight_log::FlightLog;
 use crate::freshness::Echo;
 use crate::link::Link;
 use crate::live_stream::LiveStream;
@@ -34,7 +35,7 @@ const TICK: Duration = Duration::from_millis(10);
 /// The time between two states for the pages.
 const PUBLISH: units::Duration = units::Duration::from_millis(100);
 /// The number of notices that the pages show.
-const NOTICES: usize = 8;
+const NOTICES: usize = 50;
 /// The number of requests of the pages that may wait.
 const WAITING: usize = 64;
 /// For how long the pages show that a request was refused.
@@ -163,6 +164,7 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
         pages: Pages::default(),
         refused: None,
         notices: VecDeque::new(),
+        flight_log: FlightLog::default(),
         console: Console::default(),
         published: None,
         line: plan.as_ref().and_then(ChainLine::of),
@@ -200,6 +202,7 @@ struct Station<L: Link> {
     /// The last request that was refused.
     refused: Option<Refusal>,
     notices: VecDeque<String>,
+    flight_log: FlightLog,
     /// What the base prints, until its line has ended.
     console: Console,
     published: Option<Instant>,
@@ -233,6 +236,7 @@ impl<L: Link> Station<L> {
             }
             self.send(now).await;
             self.tell_news(now).await;
+            self.tell_flight(now);
             if self.published.is_none_or(|published| now.since(published) >= PUBLISH) {
                 self.published = Some(now);
                 self.publish(now);
@@ -415,8 +419,24 @@ impl<L: Link> Station<L> {
         }
     }
 
+    /// Tells what the drones do.
+    fn tell_flight(&mut self, now: Instant) {
+        let base = self.session.facts();
+        for text in self.flight_log.step(now, &self.chain, base, &self.fleet) {
+            self.notice(now, text);
+        }
+    }
+
+    /// Notes what has happened, with the time since the first drone took off, or since the station began.
     fn notice(&mut self, now: Instant, text: String) {
-        self.notices.push_back(format!("{:.1} s: {text}", now.since(Instant::ZERO).as_secs_f32()));
+        let at = match self.flight_log.flight() {
+            Some(flight) => {
+                let seconds = now.since(flight.began).as_secs_f32() as u32;
+                format!("{}:{:02}", seconds / 60, seconds % 60)
+            }
+            None => format!("{:.1} s", now.since(Instant::ZERO).as_secs_f32()),
+        };
+        self.notices.push_back(format!("{at}: {text}"));
         if self.notices.len() > NOTICES {
             self.notices.pop_front();
         }
@@ -458,6 +478,7 @@ impl<L: Link> Station<L> {
             heard: self.pages.heard(),
             refused: self.shown_refusal(now),
             notices,
+            flight: self.flight_log.flight(),
         };
         let status = Status::of(&situation, shown);
         if let Ok(json) = serde_json::to_string(&status) {

@@ -9,8 +9,11 @@ use crate::battery;
 use crate::chain_view::{ChainView, Drone, Trend};
 use crate::checklist::{self, Check};
 use crate::fleet::Fleet;
+use crate::flight_log::Flight;
 use crate::freshness;
+use crate::grade::Grade;
 use crate::range_survey::{Proposal, RangeSurvey};
+use crate::session::Facts;
 use crate::steering::{PageId, Receipt};
 use crate::stopping::{Sending, Stopping};
 use crate::words;
@@ -29,6 +32,8 @@ pub struct Status {
     hears_base: bool,
     /// The base's number and the state of its radio, once they are known.
     base: Option<Base>,
+    /// The flight that goes on or was the last; `None` before the first take-off.
+    flight: Option<FlightStatus>,
     /// The order that the base gives, in words.
     task: Option<&'static str>,
     /// The drones, head first.
@@ -59,6 +64,8 @@ pub struct Shown<'a> {
     pub refused: Option<(PageId, Option<u64>, &'a str)>,
     /// The last lines of the station's log, the newest last.
     pub notices: Vec<String>,
+    /// The flight that goes on or was the last.
+    pub flight: Option<Flight>,
 }
 
 #[derive(Debug, Serialize)]
@@ -95,6 +102,14 @@ struct Base {
     node: u8,
     radio: &'static str,
     recalled: bool,
+    launch_limit_dbm: f32,
+    retreat_limit_dbm: f32,
+}
+
+#[derive(Debug, Serialize)]
+struct FlightStatus {
+    lasts_s: f32,
+    is_over: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -186,12 +201,11 @@ impl Status {
     /// The state of the station in a situation.
     #[must_use]
     pub fn of(situation: &Situation<'_>, shown: Shown<'_>) -> Self {
-        let Shown { line, survey, steering, heard, refused, notices } = shown;
+        let Shown { line, survey, steering, heard, refused, notices, flight } = shown;
         let Situation { now, is_steered: _, hears_base, facts, chain, stopping, fleet } =
             *situation;
         let advice = advice::advise(situation);
         let (map, places) = MapStatus::of(chain, line);
-        let limits = facts.map(|facts| (facts.launch_limit, facts.retreat_limit));
         Self {
             stamp: freshness::stamp(now),
             steering,
@@ -206,6 +220,12 @@ impl Status {
                 node: facts.node.0,
                 radio: words::link(base.link),
                 recalled: base.recalled,
+                launch_limit_dbm: facts.launch_limit.0,
+                retreat_limit_dbm: facts.retreat_limit.0,
+            }),
+            flight: flight.map(|flight| FlightStatus {
+                lasts_s: flight.lasts(now).as_secs_f32(),
+                is_over: flight.ended.is_some(),
             }),
             task: chain.task.map(words::task),
             drones: chain
@@ -214,7 +234,7 @@ impl Status {
                 .zip(places)
                 .map(|((node, drone), place)| {
                     let name = fleet.name(*node);
-                    DroneStatus::of(now, (*node, name), drone, limits, place)
+                    DroneStatus::of(now, (*node, name), drone, facts, place)
                 })
                 .collect(),
             map,
@@ -233,7 +253,7 @@ impl DroneStatus {
         now: Instant,
         (node, name): (NodeId, String),
         drone: &Drone,
-        limits: Option<(Dbm, Dbm)>,
+        base: Option<Facts>,
         place: Place,
     ) -> Self {
         let report = &drone.report;
@@ -251,7 +271,7 @@ impl DroneStatus {
             link: report.back.map(|(to, rssi)| LinkStatus {
                 to: to.0,
                 dbm: rssi.0,
-                grade: grade(rssi, limits),
+                grade: base.map_or("unknown", |base| Grade::of(rssi, base).name()),
                 trend: match drone.trend() {
                     Trend::Unknown => "unknown",
                     Trend::Rising => "rising",
@@ -263,16 +283,6 @@ impl DroneStatus {
             way_m: place.way_m,
             at: place.at,
         }
-    }
-}
-
-/// How good a link is by the base's own limits.
-fn grade(rssi: Dbm, limits: Option<(Dbm, Dbm)>) -> &'static str {
-    match limits {
-        Some((_, retreat)) if rssi < retreat => "too weak",
-        Some((launch, _)) if rssi < launch => "weak",
-        Some(_) => "good",
-        None => "unknown",
     }
 }
 

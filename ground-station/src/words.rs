@@ -90,6 +90,13 @@ pub const fn link(code: u8) -> &'static str {
     }
 }
 
+/// A name at the beginning of a sentence.
+#[must_use]
+pub fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -119,7 +119,7 @@ const classOf = { good: "good", weak: "weak", "too weak": "bad" };
 const arrow = { rising: "↗ rising", steady: "→ steady", falling: "↘ falling", unknown: "" };
 const capital = (words) => words.charAt(0).toUpperCase() + words.slice(1);
 
-function droneItem(drone) {
+function droneItem(drone, { stamp, base }) {
   const item = document.createElement("li");
   item.dataset.node = drone.node;
   item.append(text("strong", `${capital(drone.name)}: ${drone.state}`));
@@ -139,7 +139,17 @@ function droneItem(drone) {
   facts.append(text("span", `${drone.odometer_m.toFixed(1)} m flown`));
   if (drone.silent) facts.append(text("span", `Silent for ${minutes(drone.age_s)}`, "bad"));
   item.append(facts);
+  const strip = strips.of(drone.node, stamp, base);
+  if (strip) item.append(strip);
   return item;
+}
+
+// The flight's clock.
+function flightWords(flight) {
+  if (!flight) return "No drone has taken off.";
+  const s = Math.floor(flight.lasts_s);
+  const clock = `${Math.floor(s / 60)}:${String(s % 60).padStart(2, "0")}`;
+  return flight.is_over ? `The flight lasted ${clock}.` : `In flight for ${clock}`;
 }
 
 function answerItem(answer) {
@@ -191,7 +201,9 @@ function show(status) {
   sound(status.advice);
   setText("task", status.task ?? "nothing yet");
   setText("base", status.base ? `Base, node ${status.base.node}: ${status.base.radio}.${status.base.recalled ? " A drone must come home." : ""}` : "");
-  setList("drones", status.drones.map(droneItem));
+  setText("flight", flightWords(status.flight));
+  strips.note(status);
+  setList("drones", status.drones.map((drone) => droneItem(drone, status)));
   chainMap.show(status);
   setList("notices", status.notices.map((notice) => text("li", notice)).reverse());
   at("before").hidden = status.checks.length === 0 || status.stop !== null;

@@ -44,12 +44,27 @@ async fn a_mission_by_keyboard_in_chromium() {
     browser.wait_for(HEAD_FLIES).await;
     browser.press("1").await;
     browser.wait_for("document.body.innerText.includes('taken the order to branch left')").await;
+    browser.wait_for(&is_told("The head takes off.")).await;
+    browser
+        .wait_for("document.getElementById('flight').innerText.startsWith('In flight for 0:')")
+        .await;
+    let curve = "document.querySelector('#drones li[data-node=\"0\"] .strip .strength') !== null";
+    browser.wait_for(curve).await;
     browser.press("r").await;
     chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
     browser.press("Escape").await;
     chain.wait_for("stop", |event| *event == Event::Ordered(Order::Stop)).await;
     let all_answered = "document.querySelectorAll('#answers .good').length === 5";
     browser.wait_for(all_answered).await;
+    browser.wait_for(&is_told("The head has stopped its motors.")).await;
+    browser
+        .wait_for("document.getElementById('flight').innerText.startsWith('The flight lasted ')")
+        .await;
+}
+
+/// Whether the page lists that this has happened.
+fn is_told(what: &str) -> String {
+    format!("document.getElementById('notices').innerText.includes('{what}')")
 }
 
 /// A gamepad whose shoulder button is held or not, and whose stick is pushed to the end.
