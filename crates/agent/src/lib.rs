@@ -159,7 +159,7 @@ impl Agent {
     }
 
     /// Makes a new agent that of a drone which is already at its place in the air, and has `flown` so
-    /// far from the base.
+    /// far from its own place in the row before the base.
     pub fn place_in_air(&mut self, now: Instant, flown: Metres) {
         self.odometry.settle(flown);
         let patient_until = now + Duration::from_secs(2);

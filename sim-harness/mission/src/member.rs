@@ -200,7 +200,10 @@ pub(super) fn member(
     let id = NodeId(n as u8);
     let mut random = Stream::new(seed, Purpose::Drone(id.0));
     let flying = role != Role::Base && !matches!(scenario.drones.start, Start::Mouth);
-    let way_flown = flying.then(|| Metres(world.path_to(spot.on).length()));
+    // From its place in the row before the base, as the odometers of drones that took off there.
+    let took_off = Start::SPACING * scenario.drones.flying().saturating_sub(n) as f32;
+    let flown_way = (world.path_to(spot.on).length() - took_off).max(0.0);
+    let way_flown = flying.then_some(Metres(flown_way));
     let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
     let nose = world.skeleton().at(spot.on).1;
     let body = match (scenario.fidelity, role) {

@@ -30,6 +30,7 @@ mod order;
 mod overshot;
 mod perch;
 mod place;
+mod placed_home;
 mod plan;
 mod played_back;
 mod radio;

@@ -19,7 +19,7 @@ pub const HANDLING: Nanos = 15_600;
 /// What each byte of a frame's data adds to that.
 pub const COPYING: Nanos = 930;
 /// From the moment at which the loop finds a packet off the air to the first byte for the processor,
-/// where the packet has [`PASSED_ON`] bytes,
+/// where the packet has `PASSED_ON` bytes,
 pub const PASSING_ON: Nanos = 51_000;
 const PASSED_ON: Nanos = 25;
 /// and what each byte adds to that: it is copied twice.
