@@ -70,7 +70,7 @@ impl FlightLog {
         self.keep_clock(now, chain);
         let mut told = Vec::new();
         for (node, drone) in &chain.drones {
-            let name = words::capital(&fleet.name(*node));
+            let name = || words::capital(&fleet.name(*node));
             let (is_first, before) = match self.drones.get(node) {
                 Some(before) => (false, *before),
                 None => (true, Told::on_the_ground(drone)),
@@ -78,10 +78,10 @@ impl FlightLog {
             let mut next = before;
             let report = &drone.report;
             told.extend(
-                next.change_state(report.state, is_first).map(|what| format!("{name} {what}.")),
+                next.change_state(report.state, is_first).map(|what| format!("{} {what}.", name())),
             );
-            told.extend(next.change_fault(report.fault).map(|what| format!("{name}: {what}.")));
-            told.extend(next.change_silence(now, drone).map(|what| format!("{name} {what}.")));
+            told.extend(next.change_fault(report.fault).map(|what| format!("{}: {what}.", name())));
+            told.extend(next.change_silence(now, drone).map(|what| format!("{} {what}.", name())));
             if let (Some((to, rssi)), Some(base)) = (report.back, base)
                 && let Some(what) = next.change_link(now, rssi, base)
             {
@@ -129,7 +129,7 @@ impl Told {
             LANDING => Some("lands".to_owned()),
             STOPPED => Some("has stopped its motors".to_owned()),
             _ if was_up && !is_up => Some("is down".to_owned()),
-            _ if is_told(state) => Some(format!("is {}", words::state(state))),
+            _ if words::is_news(state) => Some(format!("is {}", words::state(state))),
             _ => None,
         }
     }
@@ -185,12 +185,6 @@ impl Told {
 
 const LANDING: u8 = 7;
 const STOPPED: u8 = 9;
-
-/// Whether it is told that a drone is in the state with this code: those in which drones of a mission are
-/// most of the time are not news.
-const fn is_told(state: u8) -> bool {
-    matches!(state, 5 | 6 | 10..=13 | 15 | 17..=19 | 22..=25)
-}
 
 #[cfg(test)]
 mod tests {

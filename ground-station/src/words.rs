@@ -41,6 +41,13 @@ pub const fn is_airborne(state: u8) -> bool {
     matches!(state, 2..=7 | 10..=12 | 14..=25)
 }
 
+/// Whether a drone in the state with this code does what is not its usual work: flying back, searching, waiting
+/// for its position, crossing, relaying from the ground.
+#[must_use]
+pub const fn is_news(state: u8) -> bool {
+    matches!(state, 5 | 6 | 10..=13 | 15 | 17..=19 | 22..=25)
+}
+
 /// What is wrong with a drone whose fault has this code; `None` for nothing.
 #[must_use]
 pub const fn fault(code: u8) -> Option<&'static str> {

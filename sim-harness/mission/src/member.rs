@@ -141,6 +141,11 @@ fn flown(
     }
 }
 
+/// How far before the base a drone stands in the row of those that will fly, m: the head in front.
+fn ahead_in_row_m(scenario: &Scenario, n: usize) -> f32 {
+    Start::SPACING * scenario.drones.flying().saturating_sub(n) as f32
+}
+
 /// Where the members start: explorers, relays, base.
 pub(super) fn spots(scenario: &Scenario, world: &World, start: &mut Stream) -> Vec<Spot> {
     let skeleton = world.skeleton();
@@ -150,7 +155,7 @@ pub(super) fn spots(scenario: &Scenario, world: &World, start: &mut Stream) -> V
     match &scenario.drones.start {
         Start::Mouth => {
             // In a row in front of the base, in the order in which they will fly.
-            let places = (0..flying).map(|n| Start::SPACING * (flying - n) as f32);
+            let places = (0..flying).map(|n| ahead_in_row_m(scenario, n));
             spots.extend(places.map(|ahead| {
                 let place = SkeletonPlace { along: base.on.along + ahead, ..base.on };
                 Spot::on(skeleton, place)
@@ -201,9 +206,8 @@ pub(super) fn member(
     let mut random = Stream::new(seed, Purpose::Drone(id.0));
     let flying = role != Role::Base && !matches!(scenario.drones.start, Start::Mouth);
     // From its place in the row before the base, as the odometers of drones that took off there.
-    let took_off = Start::SPACING * scenario.drones.flying().saturating_sub(n) as f32;
-    let flown_way = (world.path_to(spot.on).length() - took_off).max(0.0);
-    let way_flown = flying.then_some(Metres(flown_way));
+    let from_row = world.path_to(spot.on).length() - ahead_in_row_m(scenario, n);
+    let way_flown = flying.then_some(Metres(from_row.max(0.0)));
     let height = if flying { scenario.agent.flight.height } else { Metres::ZERO };
     let nose = world.skeleton().at(spot.on).1;
     let body = match (scenario.fidelity, role) {
