@@ -12,17 +12,22 @@
   };
   const times = whole(data.times, 1e-3);
   const last = times.length - 1;
-  // These two would drown in the dark: the style sheet has a shade for each scheme.
-  const SHADES = { "#52606d": "var(--wall)", "#0072b2": "var(--blue)" };
+  // These three would drown in the dark: the style sheet has a shade for each scheme.
+  const SHADES = { "#52606d": "var(--wall)", "#0072b2": "var(--blue)", "#882255": "var(--wine)" };
   const nodes = data.nodes.map((node) => ({
     ...node,
     colour: SHADES[node.colour] ?? node.colour,
     x: whole(node.x, 1e-3), y: whole(node.y, 1e-3), z: whole(node.z, 1e-3),
-    yaw: whole(node.yaw, 1e-3), way: whole(node.way, 1e-3), speed: whole(node.speed, 1e-3),
+    yaw: whole(node.yaw, 1e-3), way: whole(node.way, 1e-3),
     battery: whole(node.battery, 1e-3),
-    state: whole(node.state, 1), ranges: node.ranges.map((r) => whole(r, 1e-3)),
+    state: whole(node.state, 1), ...beams(node.ranges.map((r) => whole(r, 1e-3))),
     front: link(node.front), back: link(node.back),
   }));
+  // A beam that saw nothing is told as a negative range.
+  function beams(told) {
+    const isClear = (range) => range !== null && range < 0;
+    return { ranges: told.map((beam) => beam.map((range) => (isClear(range) ? null : range))), clear: told.map((beam) => beam.map(isClear)) };
+  }
   function link(l) {
     return { peer: whole(l.peer, 1), raw: whole(l.raw, 0.1), filtered: whole(l.filtered, 0.1), truth: whole(l.truth, 0.1) };
   }
@@ -33,26 +38,28 @@
     for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
     return parent.appendChild(element);
   };
-  const fixed = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace("-", "−"));
+  const fixed = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace(/^-0(\.0*)?$/, "0$1").replace("-", "−"));
+  const minutes = (t) => `${Math.floor(t / 60)}:${String(Math.floor(t % 60)).padStart(2, "0")}`;
+  const moment = (t) => `${minutes(t)} (${t.toFixed(1)} s)`;
 
-  // ---- what each state looks like in the strips
+  // ---- what each state looks like in the strips: paler than the drones, whose colours are full
   const KINDS = [
     { name: "on the ground", colour: "var(--axis)", states: ["idle", "armed", "landed"] },
-    { name: "taking off, landing", colour: "#56b4e9", states: ["taking-off", "landing", "rising"] },
-    { name: "in the chain", colour: "#009e73", states: ["leading", "relaying"] },
-    { name: "relaying from the ground", colour: "#7a5c2e", states: ["perched"] },
-    { name: "looking for its link", colour: "#e69f00", states: ["reconnecting", "rejoining"] },
-    { name: "searching for a better place", colour: "#ddcc33", states: ["searching", "siting"] },
-    { name: "backing up", colour: "#d55e00", states: ["backing-up"] },
-    { name: "flying home", colour: "#cc79a7", states: ["homing", "returning", "retiring"] },
-    { name: "surveying", colour: "#117733", states: ["surveying"] },
-    { name: "gathering", colour: "#bba94f", states: ["gathering"] },
-    { name: "crossing", colour: "#aa4499", states: ["crossing"] },
-    { name: "exploring", colour: "#44aa99", states: ["exploring"] },
-    { name: "waiting in the air", colour: "#5544aa", states: ["waiting", "hovering"] },
-    { name: "lost", colour: "#882255", states: ["lost"] },
+    { name: "taking off, landing", colour: "#a9d6f5", states: ["taking-off", "landing", "rising"] },
+    { name: "in the chain", colour: "#8fcf9f", states: ["leading", "relaying"] },
+    { name: "relaying from the ground", colour: "#b59f7a", states: ["perched"] },
+    { name: "looking for its link", colour: "#f4c77b", states: ["reconnecting", "rejoining"] },
+    { name: "searching for a better place", colour: "#e6dc6a", states: ["searching", "siting"] },
+    { name: "backing up", colour: "#f0a07a", states: ["backing-up"] },
+    { name: "flying home", colour: "#e3b7d0", states: ["homing", "returning", "retiring"] },
+    { name: "surveying", colour: "#79b58b", states: ["surveying"] },
+    { name: "gathering", colour: "#d6cb96", states: ["gathering"] },
+    { name: "crossing", colour: "#c48fc4", states: ["crossing"] },
+    { name: "exploring", colour: "#93d3c9", states: ["exploring"] },
+    { name: "waiting in the air", colour: "#a79bd6", states: ["waiting", "hovering"] },
+    { name: "lost", colour: "#b86f8f", states: ["lost"] },
     { name: "down, without having landed", colour: "var(--ink)", states: ["down"] },
-    { name: "stopped", colour: "#661100", states: ["stopped"] },
+    { name: "stopped", colour: "#a86a5c", states: ["stopped"] },
   ];
   // A change to one of these is told in the list of events.
   const TOLD = {
@@ -62,7 +69,7 @@
     homing: "flies home", returning: "flies home", surveying: "begins to survey", gathering: "gathers at the entrance",
     crossing: "enters the passage", exploring: "begins to explore", lost: "has lost its place", landed: "has landed", down: "is down without having landed, and says no more", stopped: "stops its motors",
   };
-  const OTHER = { name: "another state", colour: "#999933", states: [] };
+  const OTHER = { name: "another state", colour: "#c3c38a", states: [] };
   // A drone that falls, or is taken out of the mission, says no more: it lies where its own code has it fly.
   const AIRBORNE = 0.1, DOWN = 0.05; // m
   const GROUNDING = ["idle", "armed", "landed", "landing", "taking-off", "perched", "rising", "stopped"];
@@ -77,6 +84,24 @@
   }
   const kindOf = (name) => KINDS.find((kind) => kind.states.includes(name)) ?? OTHER;
   const grounded = (node, i) => kindOf(data.states[node.state[i]]) === KINDS[0];
+  const isDown = (node, i) => data.states[node.state[i]] === "down";
+  // On board, strengths count as if both ends were in the air: here they are what was received.
+  const groundLoss = (node, i) => (data.states[node.state[i]] === "perched" ? data.groundLoss : 0);
+  for (const node of nodes) {
+    for (const { peer, raw, filtered } of [node.front, node.back]) {
+      peer.forEach((other, i) => {
+        const loss = other === null ? 0 : groundLoss(node, i) + groundLoss(nodes[other], i);
+        for (const values of [raw, filtered]) if (values[i] !== null) values[i] -= loss;
+      });
+    }
+  }
+  // The ground speed over so many frames before and after one.
+  const AROUND = 2;
+  const speed = (node, i) => {
+    const [from, to] = [Math.max(0, i - AROUND), Math.min(last, i + AROUND)];
+    if (to === from || [from, to].some((n) => node.x[n] === null)) return null;
+    return Math.hypot(node.x[to] - node.x[from], node.y[to] - node.y[from]) / (times[to] - times[from]);
+  };
 
   // ---- links
   const SPARE = 15; // dB above the launch limit where a link counts as strong
@@ -86,8 +111,13 @@
     const share = Math.min(1, Math.max(0, (dbm - limit) / SPARE));
     return `rgb(${WEAK.map((w, c) => Math.round(w + (STRONG[c] - w) * share)).join(" ")})`;
   };
-  // A node's link towards the head: as it knew it, or as the one at the other end did.
+  // A node's link towards the head: as it knew it, or as the one at the other end did. A drone that is down
+  // has none, though what it knew last still stands in the record.
   const towardsHead = (index, i) => {
+    const link = recorded(index, i);
+    return link && !isDown(nodes[index], i) && !isDown(nodes[link.peer], i) ? link : null;
+  };
+  const recorded = (index, i) => {
     const own = nodes[index].front;
     if (own.peer[i] !== null) return { peer: own.peer[i], raw: own.raw[i], filtered: own.filtered[i], truth: own.truth[i] };
     for (let ahead = index - 1; ahead >= 0; ahead--) {
@@ -117,10 +147,10 @@
     const shape = node.role === "base" ? "M-6-6H6V6H-6Z" : "M9.5 0 -6.5 6.5 -3 0 -6.5-6.5Z";
     make(body, "path", { d: shape, class: "body", style: `fill:${node.colour}` });
     const name = make(layers.names, "text", { class: "name", style: `fill:${node.colour}` });
-    make(name, "tspan", { x: 0 }).textContent = few ? node.name : node.name.replace(/^(relay|drone|explorer) /, "");
+    make(name, "tspan", { x: 0 });
     const doing = make(name, "tspan", { x: 0, dy: 13 });
     return {
-      body, name, doing,
+      body, name, doing, lead: name.firstChild,
       trail: make(layers.trails, "polyline", { class: "trail", style: `stroke:${node.colour}` }),
       beams: node.ranges.map(() => make(layers.beams, "line", { class: "beam" })),
       link: make(layers.links, "line", { class: "link" }),
@@ -157,6 +187,7 @@
     layers.scale.setAttribute("transform", `translate(${left} ${bottom}) scale(${unit})`);
   }
   function show() {
+    map.classList.toggle("zoomed", view.width < 0.99 * world.width);
     map.setAttribute("viewBox", `${view.x} ${view.y} ${view.width} ${view.height}`);
     drawScale();
     render();
@@ -169,33 +200,54 @@
   }
   const place = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(map.getScreenCTM().inverse());
 
+  // NW, NE, SW, SE of a nose that points north, counter-clockwise from it.
+  const BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
   // ---- what explorers have seen: each beam's cells, from when on
   const seenCells = [];
   if (data.mission === "explore") {
     const CELL = 0.1; // m, as in the explorers' own maps
-    const cells = new Map();
-    const key = (x, y) => `${Math.floor(x / CELL)},${Math.floor(y / CELL)}`;
-    const note = (at, i, wall) => { const known = cells.get(at); if (!known) cells.set(at, { i, wall: wall ? i : null }); else if (wall && known.wall === null) known.wall = i; };
-    const angles = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
+    // A ranger sees a cone, and the nearest surface in it: as far as that, all of the cone is free.
+    const CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad
+    const CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing
+    const SHORT = 0.15; // m: what is so near before a surface is not told from it
+    const CLEARS = 3; // so many later looks through a cell show that there is no wall
+    const SIDE = 10_000, cells = new Map();
+    const cell = (x, y) => {
+      const key = (Math.floor(x / CELL) + SIDE / 2) * SIDE + Math.floor(y / CELL) + SIDE / 2;
+      let known = cells.get(key);
+      if (!known) cells.set(key, known = { x: Math.floor(x / CELL), y: Math.floor(y / CELL), i: null, wall: null, looks: 0, clear: null, at: -1 });
+      return known;
+    };
     for (let i = 0; i <= last; i++) {
       for (const node of nodes) node.ranges.forEach((range, beam) => {
+        const reach = node.clear[beam][i] ? CLEAR : range[i];
+        if (reach === null || node.z[i] < AIRBORNE) return;
+        const middle = node.yaw[i] + BEAMS[beam];
+        for (const off of CONE) {
+          for (let s = 0; s < reach - CELL / 2; s += CELL / 2) {
+            const known = cell(node.x[i] + s * Math.cos(middle + off), node.y[i] + s * Math.sin(middle + off));
+            known.i ??= i;
+            if (s > reach - SHORT || known.at === i) continue;
+            known.at = i;
+            if (++known.looks === CLEARS) known.clear = i;
+          }
+        }
         if (range[i] === null) return;
-        const angle = node.yaw[i] + angles[beam];
-        for (let s = 0; s < range[i]; s += CELL / 2) note(key(node.x[i] + s * Math.cos(angle), node.y[i] + s * Math.sin(angle)), i, false);
-        const s = range[i] + 0.02;
-        note(key(node.x[i] + s * Math.cos(angle), node.y[i] + s * Math.sin(angle)), i, true);
+        const known = cell(node.x[i] + range[i] * Math.cos(middle), node.y[i] + range[i] * Math.sin(middle));
+        known.i ??= i;
+        known.wall ??= i;
       });
     }
-    for (const [at, { i, wall }] of cells) {
-      const [x, y] = at.split(",").map(Number);
+    for (const { x, y, i, wall, clear } of cells.values()) {
       const rect = make(layers.seen, "rect", { class: "seen", x: x * CELL, y: -(y + 1) * CELL, width: CELL, height: CELL, display: "none" });
-      seenCells.push({ rect, i, wall, state: 0 });
+      seenCells.push({ rect, i, wall, clear, state: 0 });
     }
     $("seen-legend").hidden = seenCells.length === 0;
   }
   function showSeen() {
     for (const cell of seenCells) {
-      const state = cell.wall !== null && cell.wall <= now ? 2 : cell.i <= now ? 1 : 0;
+      const isClear = cell.clear !== null && cell.clear <= now;
+      const state = !isClear && cell.wall !== null && cell.wall <= now ? 2 : cell.i <= now ? 1 : 0;
       if (state === cell.state) continue;
       cell.state = state;
       if (state) cell.rect.removeAttribute("display"); else cell.rect.setAttribute("display", "none");
@@ -206,19 +258,53 @@
   // ---- one moment
   let now = 0;
   const TRAIL = 150; // frames: half a minute
+  // How wide a text is, pixels, with the edge about it.
+  const pen = document.createElement("canvas").getContext("2d"), widths = new Map();
+  function wide(text, font) {
+    const key = `${font} ${text}`;
+    if (!widths.has(key)) {
+      pen.font = `${font} ${getComputedStyle(document.body).fontFamily}`;
+      widths.set(key, pen.measureText(text).width + 4);
+    }
+    return widths.get(key);
+  }
+  // Writes a drone's name where it hides no other: with what the drone is doing, without, or its number alone.
+  function writeName(mark, node, index, [x, y], unit, taken) {
+    const number = node.name.replace(/^(relay|drone|explorer) /, "");
+    const doing = node.role === "base" || !few ? "" : data.states[node.state[now]];
+    const ways = [[node.name, "", -14], [node.name, "", 24], [number, "", -14], [number, "", 24], [number, "", 5, 15], [number, "", 5, -15]];
+    if (!few) ways.splice(0, 2);
+    if (doing) ways.unshift([node.name, doing, -26], [node.name, doing, 22]);
+    // Drones wait about the base: its name stands below.
+    if (node.role === "base") ways.splice(0, Infinity, [node.name, "", 20], [node.name, "", -14]);
+    const boxed = ([name, words, rise, aside = 0]) => {
+      const half = 0.5 * Math.max(wide(name, "650 12px"), wide(words, "11px")) * unit;
+      const centre = Math.min(Math.max(x + aside * unit, view.x + half), view.x + view.width - half);
+      const top = y + (rise - 13) * unit;
+      return { centre, left: centre - half, right: centre + half, top, bottom: top + (words ? 32 : 18) * unit };
+    };
+    const isFree = (box) => taken.every((other) => box.right < other.left || other.right < box.left || box.bottom < other.top || other.bottom < box.top);
+    // In a crowd the table has the name.
+    const way = ways.find((each) => isFree(boxed(each)));
+    mark.name.style.display = way ? "" : "none";
+    if (!way) return;
+    const box = boxed(way);
+    taken.push(box);
+    [mark.lead.textContent, mark.doing.textContent] = way;
+    mark.name.setAttribute("transform", `translate(${box.centre} ${y + way[2] * unit}) scale(${unit})`);
+  }
   function render() {
     const unit = metresPerPixel();
+    const taken = [];
     nodes.forEach((node, index) => {
       const mark = marks[index];
       const [x, y] = [node.x[now], -node.y[now]];
       const degrees = node.role === "base" ? 0 : (-node.yaw[now] * 180) / Math.PI;
       mark.body.setAttribute("transform", `translate(${x} ${y}) rotate(${degrees}) scale(${unit})`);
-      mark.body.setAttribute("class", grounded(node, now) ? "grounded" : "");
+      mark.body.setAttribute("class", grounded(node, now) || isDown(node, now) ? "grounded" : "");
       const waiting = grounded(node, now) && node.role !== "base" && index > 0;
       mark.name.style.display = waiting ? "none" : "";
-      // Drones wait about the base: its name stands below.
-      mark.name.setAttribute("transform", `translate(${x} ${y + (node.role === "base" ? 20 : few ? -26 : -14) * unit}) scale(${unit})`);
-      mark.doing.textContent = node.role === "base" || !few ? "" : data.states[node.state[now]];
+      if (!waiting) writeName(mark, node, index, [x, y], unit, taken);
       const trail = [];
       for (let i = Math.max(0, now - TRAIL); i <= now; i++) trail.push(`${node.x[i]},${-node.y[i]}`);
       mark.trail.setAttribute("points", trail.join(" "));
@@ -238,18 +324,16 @@
         mark.link.setAttribute("x2", peer.x[now]); mark.link.setAttribute("y2", -peer.y[now]);
         mark.link.setAttribute("stroke", strength(link.filtered));
       }
-      fillRow(rows[index], node);
+      fillRow(rows[index], node, index);
     });
     showSeen();
     markEvent();
     const t = times[now];
-    $("clock").textContent = `${t.toFixed(1)} s`;
+    $("clock").textContent = moment(t);
     slider.value = now;
     slider.setAttribute("aria-valuetext", `${t.toFixed(1)} seconds`);
     for (const cursor of cursors) cursor(t);
   }
-  // NW, NE, SW, SE of a nose that points north, counter-clockwise from it.
-  const BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
 
   // ---- the table
   const rows = nodes.map((node) => {
@@ -264,15 +348,17 @@
     const cell = (number) => { const c = row.insertCell(); if (number) c.className = "number"; return c; };
     return { doing: cell(false), way: cell(true), speed: cell(true), front: cell(true), back: cell(true) };
   });
-  function fillRow(row, node) {
+  function fillRow(row, node, index) {
     row.doing.textContent = node.role === "base" ? "base" : data.states[node.state[now]];
     row.way.textContent = fixed(node.way[now], 2);
-    row.speed.textContent = fixed(node.speed[now], 2);
+    row.speed.textContent = node.role === "base" ? "–" : fixed(speed(node, now), 2);
     for (const side of ["front", "back"]) {
-      const dbm = node[side].filtered[now];
+      const peer = node[side].peer[now];
+      const isCut = peer === null || isDown(node, now) || isDown(nodes[peer], now);
+      const dbm = isCut ? null : node[side].filtered[now];
       row[side].textContent = dbm === null ? "–" : fixed(dbm, 1);
       row[side].classList.toggle("weak", dbm !== null && data.limit !== null && dbm < data.limit);
-      row[side].title = dbm === null ? "" : `to ${nodes[node[side].peer[now]].name}; received ${fixed(node[side].raw[now], 0)}, true ${fixed(node[side].truth[now], 1)} dBm`;
+      row[side].title = dbm === null ? "" : `to ${nodes[peer].name}; received ${fixed(node[side].raw[now], 0)}, true ${fixed(node[side].truth[now], 1)} dBm`;
     }
   }
   // A swarm and explorers keep no links as a chain does, and fly across the plan, not along a way.
@@ -349,13 +435,16 @@
       // An order that stands too briefly to be read is told on hover, and in the list of events.
       if (share(until) - share(from) > (bar.clientWidth < 500 ? 22 : 9)) item.textContent = words;
     });
-    scrub(bar, timeIn(bar), (t) => `${t.toFixed(1)} s: ${orderAt(frameAt(t))}`);
+    scrub(bar, timeIn(bar), (t) => `${moment(t)}: ${orderAt(frameAt(t))}`);
   })();
 
   // ---- what happened: orders, changes of states, links that stay weak
   const LONG = 5; // s: a link that is weak for so long is told
   const MARGIN = 0.5; // dB below the limit, as in the figure "violation"
   const PAUSES = new Set(["waiting", "hovering"]);
+  const HOMEWARD = ["homing", "returning", "retiring"];
+  // Why the drones of a chain fly home that no order calls.
+  const REASONS = { battery: ", since a battery of the chain needs it", radio: ", since the links do not bear the chain" };
   function happened() {
     const all = data.orders.slice(1).map(([i, words]) => ({ i, words: `The operator: ${words}` }));
     const base = nodes.findIndex((node) => node.role === "base");
@@ -370,12 +459,14 @@
         let before = i - 1;
         while (before > 0 && PAUSES.has(data.states[node.state[before]])) before--;
         if (node.state[before] === node.state[i]) continue;
-        let why = "";
+        // It is told already that the drone flies home.
+        if (HOMEWARD.includes(state) && HOMEWARD.includes(data.states[node.state[before]])) continue;
+        let why = HOMEWARD.includes(state) && state !== "retiring" && !orderAt(i).startsWith("return") ? REASONS[data.ended] ?? "" : "";
         const link = base >= 0 ? towardsHead(base, i) : null;
         if (state === "taking-off" && data.mission === "chain" && index > 0 && data.limit !== null && link && link.filtered !== null && link.filtered < data.limit + 1) {
           why = `: the base hears ${nodes[link.peer].name} with ${fixed(link.filtered, 0)} dBm, and the limit is ${fixed(data.limit, 0)}`;
         }
-        all.push({ i, who: node.name, words: words + why });
+        all.push({ i, who: node.name, index, words: words + why });
       }
     });
     if (data.limit !== null && data.mission === "chain") {
@@ -383,7 +474,7 @@
         for (let from = null, peer = null, i = 0; i <= last + 1; i++) {
           const link = i <= last ? towardsHead(index, i) : null;
           // Who waits or has landed is not part of the chain.
-          const flies = (n) => nodes[n].role === "base" || !grounded(nodes[n], i);
+          const flies = (n) => nodes[n].role === "base" || !GROUNDING.includes(data.states[nodes[n].state[i]]);
           const weak = link !== null && flies(index) && flies(link.peer) && link.truth !== null && link.truth < data.limit - MARGIN && (from === null || link.peer === peer);
           if (weak && from === null) { from = i; peer = link.peer; }
           if (weak || from === null) continue;
@@ -393,18 +484,20 @@
         }
       });
     }
+    const aloft = nodes.filter((node) => node.role !== "base" && node.z[last] > AIRBORNE && !isDown(node, last)).map((node) => node.name);
+    if (aloft.length) all.push({ i: last, words: `The record ends; still in the air: ${aloft.join(", ")}` });
     all.sort((a, b) => a.i - b.i);
     // Drones that do the same within two seconds are told together.
     const merged = [];
     for (const event of all) {
       const same = merged.findLast((other) => other.who && event.who && other.words === event.words && times[event.i] - times[other.i] <= 2);
-      if (same && !same.who.includes(event.who)) same.who.push(event.who);
-      else if (!same) merged.push({ ...event, who: event.who ? [event.who] : null });
+      if (same) same.who.set(event.index, event.who);
+      else merged.push({ ...event, who: event.who ? new Map([[event.index, event.who]]) : null });
     }
-    return merged;
+    const inOrder = (who) => who && [...who].sort(([a], [b]) => a - b).map(([, name]) => name);
+    return merged.map((event) => ({ ...event, who: inOrder(event.who) }));
   }
-  const minutes = (t) => `${Math.floor(t / 60)}:${String(Math.floor(t % 60)).padStart(2, "0")}`;
-  const plural = (words) => words.replace(/^(\w+)( |,|$)/, (_, verb, end) => `${{ takes: "take", has: "have", lands: "land", rises: "rise", flies: "fly", begins: "begin", gathers: "gather", enters: "enter", searches: "search", backs: "back", comes: "come", is: "are", stops: "stop" }[verb] ?? verb}${end}`).replace(/ flies /g, " fly ").replace(/ relays /g, " relay ");
+  const plural = (words) => words.replace(/^(\w+)( |,|$)/, (_, verb, end) => `${{ takes: "take", has: "have", lands: "land", rises: "rise", flies: "fly", begins: "begin", gathers: "gather", enters: "enter", searches: "search", backs: "back", comes: "come", is: "are", stops: "stop" }[verb] ?? verb}${end}`).replace(/ flies /g, " fly ").replace(/ relays /g, " relay ").replace(/ says /g, " say ").replace(/its link, and flies back to where it was/, "their links, and fly back to where they were").replace(/its link/g, "their links").replace(/its place/g, "their places").replace(/its motors/g, "their motors");
   const events = happened().map(({ i, who, words }) => {
     const item = document.createElement("li"), jump = document.createElement("button"), time = document.createElement("time");
     jump.type = "button";
@@ -451,7 +544,7 @@
     cursors.push((t) => { const x = ((t - times[0]) / span) * 1000; line.setAttribute("x1", x); line.setAttribute("x2", x); });
     scrub(box, timeIn(box), (t) => {
       const i = frameAt(t);
-      return [`${times[i].toFixed(1)} s, ${title.toLowerCase()}`, ...drawn.map((node) => `${node.name}: ${fixed(of(node)[i], digits)} ${unit}`)].join("\n");
+      return [`${moment(times[i])}, ${title.toLowerCase()}`, ...drawn.map((node) => `${node.name}: ${fixed(of(node)[i], digits)} ${unit}`)].join("\n");
     });
     $("strips").append(name, box);
   }
@@ -476,7 +569,7 @@
     }
     const line = make(strip, "line", { y1: 0, y2: 10, stroke: "var(--ink)", "stroke-width": 2, "vector-effect": "non-scaling-stroke" });
     cursors.push((t) => { const x = ((t - times[0]) / span) * 1000; line.setAttribute("x1", x); line.setAttribute("x2", x); });
-    scrub(strip, timeIn(strip), (t) => `${node.name}, ${t.toFixed(1)} s: ${data.states[node.state[frameAt(t)]]}`);
+    scrub(strip, timeIn(strip), (t) => `${node.name}, ${moment(t)}: ${data.states[node.state[frameAt(t)]]}`);
     $("strips").append(name, strip);
   });
   // Before the legend, so that all of them are there when the page is first drawn.
@@ -493,12 +586,12 @@
   // ---- charts: a cursor over each plot, values under the pointer, a click goes there
   const positionsAt = (t) => {
     const i = frameAt(t);
-    return [`${times[i].toFixed(1)} s`, ...nodes.map((node) => `${node.name}: ${fixed(node.way[i], 2)} m`)].join("\n");
+    return [moment(times[i]), ...nodes.map((node) => `${node.name}: ${fixed(node.way[i], 2)} m`)].join("\n");
   };
   const linked = nodes.map((_, index) => index).filter((index) => index > 0 && times.some((_, i) => towardsHead(index, i)));
   const linkAt = (index) => (t) => {
     const i = frameAt(t), link = towardsHead(index, i);
-    const title = `${times[i].toFixed(1)} s, ${nodes[index].name}`;
+    const title = `${moment(times[i])}, ${nodes[index].name}`;
     if (!link) return `${title}: no link towards the head`;
     return `${title} – ${nodes[link.peer].name}\nreceived ${fixed(link.raw, 0)} dBm\nfiltered ${fixed(link.filtered, 1)} dBm\ntrue ${fixed(link.truth, 1)} dBm`;
   };
@@ -533,9 +626,15 @@
   }
   function scrub(element, timeOf, words) {
     let held = false;
+    // A finger moves a picture sideways that is wider than the screen: a tap goes to a moment of it.
+    const slides = (event) => event.pointerType === "touch" && element.closest(".picture") && element.clientWidth > innerWidth;
+    element.addEventListener("click", (event) => {
+      const t = timeOf(event);
+      if (t !== null) seek(t);
+    });
     element.addEventListener("pointerdown", (event) => {
       const t = timeOf(event);
-      if (t === null || event.button !== 0) return;
+      if (t === null || event.button !== 0 || slides(event)) return;
       held = true;
       element.setPointerCapture(event.pointerId);
       seek(t);
@@ -557,7 +656,7 @@
     const words = () => {
       const lines = [`${node.name}: ${data.states[node.state[now]]}`, `x ${fixed(node.x[now], 2)}, y ${fixed(node.y[now], 2)}, height ${fixed(node.z[now], 2)} m`, `${fixed(node.way[now], 2)} m along the tunnel`];
       for (const [side, link] of [["front", node.front], ["back", node.back]]) {
-        if (link.peer[now] !== null) lines.push(`${side}: ${nodes[link.peer[now]].name}, ${fixed(link.filtered[now], 1)} dBm`);
+        if (link.peer[now] !== null && !isDown(node, now) && !isDown(nodes[link.peer[now]], now)) lines.push(`${side}: ${nodes[link.peer[now]].name}, ${fixed(link.filtered[now], 1)} dBm`);
       }
       const beams = node.ranges.map((r) => fixed(r[now], 2));
       if (beams.some((b) => b !== "–")) lines.push(`beams NW ${beams[0]}, NE ${beams[1]}, SW ${beams[2]}, SE ${beams[3]} m`);

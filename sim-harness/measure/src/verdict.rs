@@ -174,11 +174,14 @@ pub fn judge(
         failures.extend(depth_missed(came_m.unwrap_or(0.0), radio_m.min(due_m)));
     }
     let is_there = came_m.is_some_and(|came| came >= DEPTH * radio_m);
+    let wished_m = head.came_m.map_or(f32::INFINITY, |_| head.wished_m);
+    // Where the head came, it could come, whatever is allowed for noise.
+    let could_m = radio_m.min(wished_m).max(came_m.unwrap_or(0.0));
     Judgement {
         failures,
         ended: ended(head, evidence, is_there),
         came_m: came_m.unwrap_or(0.0),
-        could_m: radio_m.min(head.came_m.map_or(f32::INFINITY, |_| head.wished_m)),
+        could_m,
         stood_s: head.stood_s,
         surplus_at_rest: head.surplus_at_rest,
     }

@@ -37,8 +37,8 @@ pub fn html(trace: &Trace, summary: &Value) -> Result<String, PictureError> {
         "style" => STYLE.to_owned(),
         "script" => SCRIPT.to_owned(),
         "map" => map.svg().to_owned(),
-        "summary" => metrics::html(summary),
-        "data" => data::json(trace, positions.frames(), links.frames()),
+        "summary" => metrics::html(trace.mission, summary),
+        "data" => data::json(trace, summary, positions.frames(), links.frames()),
         _ => String::new(),
     };
     Ok(fill(PAGE, filled))

@@ -8,8 +8,10 @@ use bodies::craft::record::FlightMetrics;
 use measure::metrics::{ExploreMetrics, HoldMetrics, RunMetrics, SwarmMetrics};
 use measure::verdict::{Criterion, Judgement, criteria};
 use mission::RadioMetrics;
-use mission::trace::{Node, Trace};
+use mission::trace::{DroneFrame, Node, Trace};
 use scenario::Scenario;
+
+use crate::pictures::is_down;
 
 /// The summary of one mission, with the failures in words.
 #[must_use]
@@ -21,8 +23,11 @@ pub fn summary(
     judgement: &Judgement,
     failures: &[String],
 ) -> Value {
-    let drones: Vec<_> = last_states(trace)
-        .map(|(node, state)| json!({ "id": node.id.0, "state": state.name() }))
+    let drones: Vec<_> = last_drones(trace)
+        .map(|(node, drone)| {
+            let state = if is_down(drone) { "down" } else { drone.state.name() };
+            json!({ "id": node.id.0, "state": state })
+        })
         .collect();
     let criteria: serde_json::Map<_, _> = criteria(scenario, metrics)
         .iter()
@@ -55,7 +60,7 @@ pub fn summary(
             summary.insert("flight".into(), flight_json(flight));
         }
         if let Some(swarm) = &metrics.swarm {
-            summary.insert("swarm".into(), swarm_json(swarm));
+            summary.insert("swarm".into(), swarm_json(swarm, scenario.agent.swarm.both));
         }
         if let Some(explore) = &metrics.explore {
             summary.insert("explore".into(), explore_json(explore));
@@ -66,8 +71,12 @@ pub fn summary(
 
 /// The members and their last states.
 pub fn last_states(trace: &Trace) -> impl Iterator<Item = (Node, State)> {
+    last_drones(trace).map(|(node, drone)| (node, drone.state))
+}
+
+fn last_drones(trace: &Trace) -> impl Iterator<Item = (Node, &DroneFrame)> {
     let last = trace.frames.last().into_iter().flat_map(|frame| &frame.drones);
-    trace.nodes.iter().zip(last).map(|(node, drone)| (*node, drone.state))
+    trace.nodes.iter().copied().zip(last)
 }
 
 /// A criterion of the scenario, and what was reached.
@@ -122,8 +131,9 @@ fn radio_json(radio: &RadioMetrics) -> Value {
 }
 
 /// The figures of a swarm.
-fn swarm_json(swarm: &SwarmMetrics) -> Value {
+fn swarm_json(swarm: &SwarmMetrics, both_areas: bool) -> Value {
     json!({
+        "both_areas": both_areas,
         "covered": number(swarm.covered),
         "lost": swarm.lost,
         "surveyed_s": number(swarm.surveyed_s),

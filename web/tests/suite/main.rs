@@ -7,5 +7,6 @@ mod bytes;
 mod ended;
 mod looks;
 mod opened;
+mod reports;
 mod served;
 mod sliders;

@@ -9,7 +9,7 @@ use units::Point2;
 use super::PictureError;
 use super::axes::{filled, stroke};
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, px, upx, write};
-use super::style::{AXIS, FLOOR, INK, PAPER, WALL, category};
+use super::style::{self, AXIS, FLOOR, INK, PAPER, WALL};
 
 /// The side of a map, the gap between two, the height of their headings and of the key, in pixels.
 const SIDE: f64 = 240.0;
@@ -97,10 +97,14 @@ fn draw(area: &Area<'_>, map: &ExploredMap) -> Result<(), Fault> {
     for (robot, way) in &map.ways {
         let points: Vec<_> = way.iter().map(|at| pixel(map, *at)).collect();
         let line: Vec<_> = points.iter().map(|(x, y)| (px(*x), px(*y))).collect();
-        area.draw(&PathElement::new(line, stroke(&colour(*robot), 1.8)))?;
+        area.draw(&PathElement::new(line, stroke(&style::robot(*robot), 1.8)))?;
         if let (Some(first), Some(last)) = (points.first(), points.last()) {
             area.draw(&Circle::new((px(first.0), px(first.1)), upx(3.5), filled(&PAPER)))?;
-            area.draw(&Circle::new((px(first.0), px(first.1)), upx(2.5), filled(&colour(*robot))))?;
+            area.draw(&Circle::new(
+                (px(first.0), px(first.1)),
+                upx(2.5),
+                filled(&style::robot(*robot)),
+            ))?;
             mark(area, *last, *robot)?;
         }
     }
@@ -113,7 +117,7 @@ fn draw(area: &Area<'_>, map: &ExploredMap) -> Result<(), Fault> {
     for (n, (robot, at)) in map.targets.iter().enumerate() {
         let (x, y) = pixel(map, *at);
         let radius = 7.0 + 4.0 * n as f64;
-        area.draw(&Circle::new((px(x), px(y)), upx(radius), stroke(&colour(*robot), 2.4)))?;
+        area.draw(&Circle::new((px(x), px(y)), upx(radius), stroke(&style::robot(*robot), 2.4)))?;
     }
     Ok(())
 }
@@ -145,14 +149,9 @@ fn cells(area: &Area<'_>, map: &ExploredMap) -> Result<(), Fault> {
     Ok(())
 }
 
-/// The colours of robots: those of the variants but for the first, which is grey.
-fn colour(robot: usize) -> RGBColor {
-    category([2, 5, 3][robot % 3])
-}
-
 fn mark(area: &Area<'_>, (x, y): (f64, f64), robot: usize) -> Result<(), Fault> {
     area.draw(&Circle::new((px(x), px(y)), upx(MARK + 1.2), filled(&PAPER)))?;
-    area.draw(&Circle::new((px(x), px(y)), upx(MARK), filled(&colour(robot))))
+    area.draw(&Circle::new((px(x), px(y)), upx(MARK), filled(&style::robot(robot))))
 }
 
 /// What the colours and marks that are on the page mean.
@@ -181,7 +180,7 @@ fn key(area: &Area<'_>, chart: &ExploredChart) -> Result<(), Fault> {
         let words = "candidate, larger with more unknown cells around it";
         write(area, words, (x + 18.0, y), Look::LABEL)?;
         x += 330.0;
-        area.draw(&Circle::new((px(x + 8.0), px(y)), upx(7.0), stroke(&colour(0), 2.4)))?;
+        area.draw(&Circle::new((px(x + 8.0), px(y)), upx(7.0), stroke(&style::robot(0), 2.4)))?;
         write(area, "target of that robot", (x + 22.0, y), Look::LABEL)?;
     } else {
         write(area, "small: start; large: where it is at that time", (x, y), Look::LABEL)?;

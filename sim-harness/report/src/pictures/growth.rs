@@ -3,7 +3,7 @@
 use super::PictureError;
 use super::axes::{Chart, Frame, stroke};
 use super::sheet::{Picture, headed, part, size_of};
-use super::style::category;
+use super::style::{self, category};
 use super::ticks::Axis;
 
 /// One row of charts.
@@ -59,7 +59,9 @@ pub(super) fn picture(chart: &GrowthChart) -> Result<Picture, PictureError> {
             let mut drawn = Chart::new(&area, &frame, &x, &y)?;
             let mut labels = Vec::new();
             for (index, (name, curve)) in group.curves.iter().enumerate() {
-                let colour = category(index);
+                // A robot has its colour in every picture.
+                let robot = name.strip_prefix("robot ").and_then(|n| n.parse::<usize>().ok());
+                let colour = robot.map_or_else(|| category(index), |n| style::robot(n.max(1) - 1));
                 let at = |(second, known): (usize, &f32)| (second as f64 + 1.0, f64::from(*known));
                 let mut points = vec![(0.0, 0.0)];
                 points.extend(curve.iter().enumerate().map(at));

@@ -99,8 +99,14 @@ fn panel(
     Ok(chart.frame(&x))
 }
 
-/// Writes the neighbours' names at the top of the plot, each where its time begins; names that
-/// would run into the next are left out.
+/// The name without all of its first word but a letter: `r4` for `relay 4`.
+fn abbreviated(name: &str) -> String {
+    let words = name.split_once(' ');
+    words.map_or_else(|| name.to_owned(), |(kind, number)| format!("{}{number}", &kind[..1]))
+}
+
+/// Writes the neighbours' names at the top of the plot, each where its time begins, shortened where
+/// they would run into the next.
 fn name_peers(area: &Area<'_>, chart: &Chart<'_>, link: &LinkSeries) -> Result<(), Fault> {
     let (top, _) = chart.vertical();
     let (_, end) = chart.horizontal();
@@ -108,7 +114,9 @@ fn name_peers(area: &Area<'_>, chart: &Chart<'_>, link: &LinkSeries) -> Result<(
         link.peers.iter().map(|(since, _)| chart.pixel((*since, 0.0)).0).collect();
     let ends = starts.iter().skip(1).copied().chain([end]);
     for (((_, name), from), to) in link.peers.iter().zip(&starts).zip(ends) {
-        if text_width(name, Look::LABEL) + 6.0 < to - from {
+        let fits = |name: &&str| text_width(name, Look::LABEL) + 6.0 < to - from;
+        let short = abbreviated(name);
+        if let Some(name) = [name.as_str(), &short].into_iter().find(fits) {
             write(area, name, (from + 4.0, top - 7.0), Look::LABEL)?;
         }
     }

@@ -2,7 +2,7 @@
 
 use plotters::element::{Circle, PathElement, Polygon};
 use plotters::style::{Color, RGBColor};
-use units::Point2;
+use units::{MissionKind, Point2};
 use world::FloorPlan;
 
 use super::PictureError;
@@ -214,14 +214,20 @@ fn between(from: (f64, f64), to: (f64, f64)) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The moment when the head was farthest in, if it came back from there by a metre or more: then
-/// the end of the mission shows less of the chain than that moment.
+/// A head that is so near to its farthest place is there, m: it trembles while it hovers.
+const THERE: f32 = 0.1;
+
+/// The moment when a chain's head first was farthest in, if it came back from there by a metre or more:
+/// then the end of the mission shows less of the chain than that moment.
 pub(super) fn farthest(trace: &Trace) -> Option<&Frame> {
+    if trace.mission != MissionKind::Chain {
+        return None;
+    }
     let way = |frame: &Frame| frame.drones.first().map_or(f32::NAN, |drone| drone.way);
-    let reached = |frame: &&Frame| way(frame).is_finite();
-    let far = trace.frames.iter().filter(reached).max_by(|a, b| way(a).total_cmp(&way(b)))?;
+    let most = trace.frames.iter().map(way).fold(f32::NAN, f32::max);
+    let far = trace.frames.iter().find(|frame| way(frame) >= most - THERE)?;
     let end = trace.frames.last()?;
-    (way(far) - way(end) >= 1.0).then_some(far)
+    (most - way(end) >= 1.0).then_some(far)
 }
 
 /// The mark of a place.
@@ -276,8 +282,8 @@ fn label(
     let look = Look { bold: true, ..Look::LABEL.centred().coloured(colour) };
     let half = text_width(name, look) / 2.0;
     let (width, height) = size_of(area);
-    let boxed = |(cx, cy): (f64, f64)| (cx - half, cy - 7.0, cx + half, cy + 7.0);
-    let around = [14.0, 24.0, 34.0].into_iter().flat_map(|far| {
+    let boxed = |(cx, cy): (f64, f64)| (cx - half - 2.0, cy - 9.0, cx + half + 2.0, cy + 9.0);
+    let around = [14.0, 24.0, 34.0, 46.0, 58.0].into_iter().flat_map(|far| {
         let beside = half + far - 6.0;
         [(0.0, -far), (0.0, far), (beside, 0.0), (-beside, 0.0), (beside, -far), (-beside, -far)]
     });
@@ -328,6 +334,10 @@ mod tests {
         assert_eq!(farthest(&trace), None);
         let far = trace.frames[1200].clone();
         trace.frames.push(trace.frames[100].clone());
-        assert_eq!(farthest(&trace).map(|f| f.drones[0].way), Some(far.drones[0].way));
+        let shown = farthest(&trace).unwrap();
+        assert!(shown.drones[0].way >= far.drones[0].way - THERE, "{}", shown.drones[0].way);
+        assert!(shown.time_us <= far.time_us, "not the last moment of a hover, but the first");
+        trace.mission = MissionKind::Swarm;
+        assert_eq!(farthest(&trace), None, "a swarm has no head");
     }
 }

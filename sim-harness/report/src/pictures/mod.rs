@@ -38,7 +38,7 @@ pub use figure3::{Corridor, Figure3, Variant};
 pub use growth::{GrowthChart, Growths};
 pub(super) use map::nested;
 pub use plan::PlanPicture;
-pub(super) use series::launch_limit;
+pub(super) use series::{GROUND_LOSS, is_down, launch_limit};
 pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
 pub(super) use style::node_rgb;

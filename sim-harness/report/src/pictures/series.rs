@@ -1,13 +1,20 @@
 //! Extracts the series of the charts over time from a trace.
 
-use units::NodeId;
+use agent::{AgentConfig, State};
+use units::{Db, NodeId};
 
-use mission::trace::{Frame, LinkFrame, Trace};
+use mission::trace::{DroneFrame, Frame, LinkFrame, Trace};
 
 /// More points to a line than this no screen or paper shows.
 const MOST_POINTS: usize = 2000;
 /// More dots to a panel than this run into each other.
 const MOST_DOTS: usize = 600;
+
+/// The loss of an antenna on the ground by which drones there correct what they receive.
+pub(crate) const GROUND_LOSS: Db = AgentConfig::DEFAULT.perch.ground_loss;
+
+/// A drone below this height that is on its mission has been lost, m.
+const DOWN: f32 = 0.05;
 
 /// One link as the end nearer to the base knew it.
 pub(super) struct LinkSeries {
@@ -100,21 +107,32 @@ fn link(trace: &Trace, receiver: usize) -> Option<LinkSeries> {
     Some(LinkSeries { name, peers, samples })
 }
 
+/// Whether a drone is down without having landed: its agent's last word stands, and it says no more.
+#[must_use]
+pub(crate) fn is_down(drone: &DroneFrame) -> bool {
+    drone.height < DOWN && matches!(drone.state, State::OnMission(_))
+}
+
 /// The link of a node towards the head: as it knew it itself, or as the node at the other end
-/// did.
-fn observed<'a>(
-    trace: &Trace,
-    frame: &'a Frame,
-    receiver: usize,
-) -> Option<(NodeId, &'a LinkFrame)> {
-    if let Some(front) = &frame.drones.get(receiver)?.front {
-        return Some((front.peer, front));
-    }
-    let own = trace.nodes.get(receiver)?.id;
-    let ahead = trace.nodes.iter().zip(&frame.drones).take(receiver);
-    ahead
-        .filter_map(|(node, drone)| drone.back.as_ref().map(|link| (node.id, link)))
-        .rfind(|(_, link)| link.peer == own)
+/// did, with the strengths that were received. A drone that is down has none.
+fn observed(trace: &Trace, frame: &Frame, receiver: usize) -> Option<(NodeId, LinkFrame)> {
+    let own = frame.drones.get(receiver).filter(|drone| !is_down(drone))?;
+    let link = match own.front {
+        Some(front) => Some((front.peer, front)),
+        None => {
+            let id = trace.nodes.get(receiver)?.id;
+            let ahead = trace.nodes.iter().zip(&frame.drones).take(receiver);
+            ahead
+                .filter_map(|(node, drone)| drone.back.map(|link| (node.id, link)))
+                .rfind(|(_, link)| link.peer == id)
+        }
+    };
+    let (peer, link) = link?;
+    let other = trace.nodes.iter().position(|node| node.id == peer)?;
+    let other = frame.drones.get(other).filter(|drone| !is_down(drone))?;
+    let perched = [own, other].into_iter().filter(|drone| drone.state == State::Perched);
+    let loss = perched.fold(Db(0.0), |loss, _| loss + GROUND_LOSS);
+    Some((peer, LinkFrame { raw: link.raw - loss, filtered: link.filtered - loss, ..link }))
 }
 
 /// Time and way along the tunnel of one node.
@@ -173,6 +191,32 @@ mod tests {
                 "next in front \u{2013} base",
             ]
         );
+    }
+
+    #[test]
+    fn a_drone_that_is_down_has_no_link() {
+        let mut trace = synthetic::mission();
+        let before = links(&trace)[1].line(|sample| sample.truth);
+        let last = before.iter().rfind(|(_, truth)| truth.is_finite()).unwrap().0;
+        for frame in trace.frames.iter_mut().filter(|frame| seconds(frame.time_us) > 150.0) {
+            frame.drones[1].height = 0.0;
+        }
+        let after = links(&trace)[1].line(|sample| sample.truth);
+        let dies = after.iter().rfind(|(_, truth)| truth.is_finite()).unwrap().0;
+        assert!(last > 200.0 && dies <= 150.2, "{last} {dies}");
+    }
+
+    #[test]
+    fn links_on_the_ground_have_the_strength_that_is_received() {
+        let mut trace = synthetic::mission();
+        let received = |trace: &Trace| links(trace)[0].samples[1000].raw;
+        let before = received(&trace);
+        for frame in &mut trace.frames {
+            frame.drones[0].state = State::Perched;
+            frame.drones[1].state = State::Perched;
+        }
+        let lower = before - received(&trace);
+        assert!((lower - 2.0 * f64::from(GROUND_LOSS.0)).abs() < 1e-3, "{lower}");
     }
 
     #[test]

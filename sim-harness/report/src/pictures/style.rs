@@ -68,6 +68,12 @@ pub(super) fn category(index: usize) -> RGBColor {
     ALL.get(index % ALL.len()).copied().unwrap_or(BLUE)
 }
 
+/// The colours of robots, which differ from the grey of what all of them share.
+pub(super) fn robot(index: usize) -> RGBColor {
+    let turn = [2, 5, 3][index % 3];
+    category(turn)
+}
+
 /// A node's colour: the head stands out, the base stays back, and relays that follow each other
 /// differ.
 pub(super) fn node_colour(node: &Node) -> RGBColor {

@@ -70,7 +70,9 @@ pub(super) fn panel(
         if let Some((_, last)) = points.last() {
             labels.push((*last, format!("{} {last:.2}", series.name), colour));
         }
-        drawn.line(points, stroke(&colour, 1.8))?;
+        // Of lines that lie on each other, the ones below stand out on both sides.
+        let above = group.series.len() - 1 - index;
+        drawn.line(points, stroke(&colour, 1.6 + 0.9 * above as f64))?;
     }
     drawn.labels(labels)
 }

@@ -7,12 +7,17 @@
 use serde_json::{Value, json};
 use units::Point2;
 
-use crate::pictures::{PlotFrame, launch_limit, nested, node_rgb};
+use crate::pictures::{GROUND_LOSS, PlotFrame, launch_limit, nested, node_rgb};
 use mission::trace::{DroneFrame, LinkFrame, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element. A node's columns are text before those of the
 /// next are made: as values, all of them together would take twenty times the memory.
-pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) -> String {
+pub(super) fn json(
+    trace: &Trace,
+    summary: &Value,
+    positions: &[PlotFrame],
+    links: &[PlotFrame],
+) -> String {
     let mut states: Vec<&'static str> = Vec::new();
     let nodes: Vec<String> =
         (0..trace.nodes.len()).map(|index| node(trace, index, &mut states).to_string()).collect();
@@ -24,6 +29,8 @@ pub(super) fn json(trace: &Trace, positions: &[PlotFrame], links: &[PlotFrame]) 
     let entries = [
         ("mission", json!(trace.mission.name()).to_string()),
         ("limit", json!(launch_limit(trace)).to_string()),
+        ("groundLoss", json!(GROUND_LOSS.0).to_string()),
+        ("ended", json!(summary.pointer("/verdict/ended")).to_string()),
         ("times", json!(times).to_string()),
         ("outlines", Value::from_iter(outlines).to_string()),
         ("centres", json!(centres.collect::<Vec<_>>()).to_string()),
@@ -55,8 +62,10 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
     let metres = |value: &dyn Fn(&DroneFrame) -> f32| {
         column(drones.iter().map(|drone| rounded(value(drone), 1000.0)))
     };
-    let ranges = [0, 1, 2, 3]
-        .map(|beam: usize| metres(&|drone| drone.ranges.get(beam).copied().unwrap_or(f32::NAN)));
+    let ranges = [0, 1, 2, 3].map(|beam: usize| {
+        let of = |drone: &&DroneFrame| drone.ranges.get(beam).copied().unwrap_or(f32::NAN);
+        column(drones.iter().map(|drone| range(of(drone))))
+    });
     let state = column(drones.iter().map(|drone| Some(number_of(drone.state.name(), states))));
     let [r, g, b] = trace.nodes.get(index).map(node_rgb).unwrap_or_default();
     json!({
@@ -68,7 +77,6 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
         "z": metres(&|drone| drone.height),
         "yaw": metres(&|drone| drone.pose.yaw.0),
         "way": metres(&|drone| drone.way),
-        "speed": metres(&|drone| drone.commanded[0]),
         "battery": metres(&|drone| drone.battery_v),
         "state": state,
         "ranges": ranges,
@@ -104,6 +112,11 @@ fn number_of(state: &'static str, states: &mut Vec<&'static str>) -> i64 {
         states.len() - 1
     });
     i64::try_from(place).unwrap_or(0)
+}
+
+/// A range in millimetres, negative where the beam saw nothing; `None` where none was measured.
+fn range(metres: f32) -> Option<i64> {
+    if metres == f32::INFINITY { Some(-1) } else { rounded(metres, 1000.0) }
 }
 
 /// Rounds to whole units; `None` for a number that is not finite.

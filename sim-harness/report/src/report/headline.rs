@@ -85,12 +85,15 @@ fn chain(summary: &Value) -> [Told; 5] {
 
 fn swarm(summary: &Value) -> [Told; 5] {
     let of = |path: &str| number(summary, path);
+    let has_two = summary.pointer("/swarm/both_areas").and_then(Value::as_bool).unwrap_or(false);
+    let (area, first) = if has_two { ("both areas", "first ") } else { ("the area", "") };
     [
-        of("/swarm/covered").map(|part| (percent(part), "of the area were surveyed".to_owned())),
+        of("/swarm/covered").map(|part| (percent(part), format!("of {area} was surveyed"))),
         of("/swarm/surveyed_s")
-            .map(|at| (clock(at), "had passed when the survey was done".to_owned())),
-        of("/swarm/across_s")
-            .map(|at| (clock(at), "had passed when all had crossed the passage".to_owned())),
+            .map(|at| (clock(at), format!("had passed when the {first}survey was done"))),
+        of("/swarm/across_s").map(|at| {
+            (clock(at), "had passed when all began to land, across the passage".to_owned())
+        }),
         closest(of("/swarm/closest_drones_m")),
         contacts(summary),
     ]
@@ -100,10 +103,10 @@ fn explore(summary: &Value) -> [Told; 5] {
     let of = |path: &str| number(summary, path);
     [
         of("/explore/explored")
-            .map(|part| (percent(part), "of what a drone can reach are known".to_owned())),
-        of("/explore/t99_s").map(|at| (clock(at), "had passed when 99 % were known".to_owned())),
+            .map(|part| (percent(part), "of what a drone can reach is known".to_owned())),
+        of("/explore/t99_s").map(|at| (clock(at), "had passed when 99 % was known".to_owned())),
         of("/explore/ended_s")
-            .map(|at| (clock(at), "had passed when the last drone had stopped".to_owned())),
+            .map(|at| (clock(at), "had passed when the last drone finished exploring".to_owned())),
         closest(of("/explore/closest_drones_m")),
         contacts(summary),
     ]
@@ -170,8 +173,11 @@ mod tests {
         assert!(chain.contains("26.5 m") && chain.contains("best chain needs 3"), "{chain}");
         let swarm = html(MissionKind::Swarm, &summary);
         assert!(swarm.contains("100 %") && swarm.contains("2:28 min"), "{swarm}");
+        let both = json!({ "swarm": { "both_areas": true, "covered": 1.0, "surveyed_s": 99.0 } });
+        let both = html(MissionKind::Swarm, &both);
+        assert!(both.contains("both areas") && both.contains("first survey"), "{both}");
         let explore = html(MissionKind::Explore, &summary);
-        assert!(explore.contains("<dt>100 %</dt>") && !explore.contains("99 % were"), "{explore}");
+        assert!(explore.contains("<dt>100 %</dt>") && !explore.contains("99 % was"), "{explore}");
         assert_eq!(html(MissionKind::Chain, &json!({})), "");
     }
 }

@@ -4,27 +4,36 @@
 use std::fmt::Write;
 
 use serde_json::{Map, Value};
+use units::MissionKind;
 
 use crate::pictures::escaped;
 
 /// Objects within objects become sections, to this depth; deeper ones are shown as JSON.
 const DEPTH: usize = 3;
 
-/// Every entry of the summary.
-pub(super) fn html(summary: &Value) -> String {
+/// Every entry of the summary that says something of this mission.
+pub(super) fn html(mission: MissionKind, summary: &Value) -> String {
     let mut out = String::new();
     match summary {
-        Value::Object(entries) => section(&mut out, "", entries, DEPTH),
+        Value::Object(entries) => section(&mut out, mission, "", entries, DEPTH),
         Value::Null => out.push_str("<p class=\"quiet\">There is no summary.</p>"),
         other => out.push_str(&escaped(&shown(other))),
     }
     out
 }
 
-fn section(out: &mut String, title: &str, entries: &Map<String, Value>, depth: usize) {
+fn section(
+    out: &mut String,
+    mission: MissionKind,
+    title: &str,
+    entries: &Map<String, Value>,
+    depth: usize,
+) {
     let is_section = |value: &Value| value.is_object() && depth > 0;
-    let is_shown =
-        |key: &str, value: &Value| !is_section(value) && !is_empty(value) && !is_above(key);
+    let is_other = |key: &str| mission != MissionKind::Chain && OF_CHAINS.contains(&key);
+    let is_shown = |key: &str, value: &Value| {
+        !is_section(value) && !is_empty(value) && !is_above(key) && !is_other(key)
+    };
     let has_own = entries.iter().any(|(key, value)| is_shown(key, value));
     if !title.is_empty() && has_own {
         // Writing to a string cannot fail.
@@ -38,17 +47,20 @@ fn section(out: &mut String, title: &str, entries: &Map<String, Value>, depth: u
         } else {
             format!("{} {unit}", shown(value))
         };
-        let hint = meaning(key).map(|words| format!(" title=\"{}\"", escaped(words)));
-        let hint = hint.unwrap_or_default();
+        // A screen that is touched has no hover: there the words stand below.
+        let (hint, below) = meaning(key).map_or_else(Default::default, |words| {
+            let words = escaped(words);
+            (format!(" title=\"{words}\""), format!("<small class=\"meaning\">{words}</small>"))
+        });
         let (name, value) = (escaped(&name), escaped(&value));
-        let _ = writeln!(out, "<div{hint}><dt>{name}</dt><dd>{value}</dd></div>");
+        let _ = writeln!(out, "<div{hint}><dt>{name}</dt><dd>{value}{below}</dd></div>");
     }
     out.push_str(if has_own { "</dl>\n" } else { "" });
     for (key, value) in entries {
         if let (Value::Object(inner), true) = (value, depth > 0 && !is_empty(value)) {
             let (name, _) = named(key);
             let title = if title.is_empty() { name } else { format!("{title} \u{203a} {name}") };
-            section(out, &title, inner, depth - 1);
+            section(out, mission, &title, inner, depth - 1);
         }
     }
 }
@@ -63,6 +75,10 @@ fn is_empty(value: &Value) -> bool {
     }
 }
 
+/// What is said of chains alone: a swarm and explorers have no head, no hold and no movement policy.
+const OF_CHAINS: [&str; 6] =
+    ["policy", "no_hold", "farthest_m", "t_farthest_s", "head_heard_until_s", "order_lost"];
+
 /// Whether the page's head says it already.
 fn is_above(key: &str) -> bool {
     ["title", "success", "failures"].contains(&key)
@@ -73,7 +89,25 @@ fn meaning(key: &str) -> Option<&'static str> {
     MEANINGS.iter().find(|(known, _)| *known == key).map(|(_, words)| *words)
 }
 
-const MEANINGS: [(&str, &str); 42] = [
+const MEANINGS: [(&str, &str); 57] = [
+    (
+        "fidelity",
+        "how closely drones are simulated: as points, rigid bodies, or with the firmware's file",
+    ),
+    ("link", "every packet (exact), or reports with a loss and a delay (ideal)"),
+    ("ended", "what ended the exploration"),
+    ("t50_s", "when half of what a drone can reach was known"),
+    ("t99_s", "when 99 % of it was known"),
+    ("ended_s", "when the last drone finished exploring"),
+    ("unfinished", "drones that had not finished at the end"),
+    ("false_free", "part of the true walls that the maps show as free"),
+    ("least", "the bound: no less than this"),
+    ("most", "the bound: no more than this"),
+    ("value", "what was reached"),
+    ("met", "whether the bound was kept"),
+    ("assumed_widths", "stations of the route whose widths the survey does not tell"),
+    ("is_cut", "whether the route ends before the survey does"),
+    ("across_s", "when all drones began to land, across the passage"),
     ("hold_from_s", "the longest hover of the head in one place begins"),
     ("hold_until_s", "it ends"),
     ("t3_s", "time in the hold until the strengths of all links were equal to 3 dB, and stayed so"),
@@ -99,7 +133,10 @@ const MEANINGS: [(&str, &str); 42] = [
         "hold_violation",
         "part of the hold in which a link was more than 0.5 dB weaker than the limit",
     ),
-    ("relays_beyond_need", "relays in the hold beyond those that the best chain needs"),
+    (
+        "relays_beyond_need",
+        "relays in the hold beyond those that the best chain needs, in the mean over the hold",
+    ),
     ("bound_s", "the shortest time in which relays can come to the best places"),
     ("launched", "the most relays that were in the chain at the same time"),
     ("needed", "relays that the best chain needs so that no link is weaker than the limit"),
@@ -137,7 +174,11 @@ const MEANINGS: [(&str, &str); 42] = [
 ];
 
 /// The endings of metric names, and the units that they stand for, longest first.
-const UNITS: [(&str, &str); 10] = [
+const UNITS: [(&str, &str); 14] = [
+    ("_mps", "m/s"),
+    ("_dps", "\u{b0}/s"),
+    ("_deg", "\u{b0}"),
+    ("_v", "V"),
     ("_rad_s", "rad/s"),
     ("_percent", "%"),
     ("_m_s", "m/s"),
@@ -224,18 +265,24 @@ mod tests {
         assert_eq!(named("mean_link_gap_db"), ("Mean link gap".to_owned(), "dB"));
         assert_eq!(named("top_speed_m_s"), ("Top speed".to_owned(), "m/s"));
         assert_eq!(named("relays"), ("Relays".to_owned(), ""));
-        let out = html(&serde_json::json!({ "gap_db": -1.25, "ok": true, "link": { "n": 2 } }));
-        assert!(out.contains("<dt>Gap</dt><dd>\u{2212}1.25 dB</dd>"));
+        let out = html(
+            MissionKind::Chain,
+            &serde_json::json!({ "gap_db": -1.25, "ok": true, "link": { "n": 2 } }),
+        );
+        assert!(out.contains("<dt>Gap</dt><dd>\u{2212}1.25 dB<small"), "{out}");
         assert!(out.contains("<dd>yes</dd>") && out.contains("<h3>Link</h3>"));
     }
 
     #[test]
     fn what_says_nothing_is_left_out_and_hard_words_are_explained() {
-        let out = html(&serde_json::json!({
-            "metrics": { "t3_s": null, "violation": 0.1, "failures": [] },
-            "empty": { "came_m": null },
-            "drones": [{ "id": 0, "state": "landed" }, { "id": 1, "state": "idle" }],
-        }));
+        let out = html(
+            MissionKind::Chain,
+            &serde_json::json!({
+                "metrics": { "t3_s": null, "violation": 0.1, "failures": [] },
+                "empty": { "came_m": null },
+                "drones": [{ "id": 0, "state": "landed" }, { "id": 1, "state": "idle" }],
+            }),
+        );
         assert!(
             !out.contains("T3") && !out.contains("Empty") && !out.contains("Failures"),
             "{out}"

@@ -40,7 +40,7 @@ pub(super) fn make(
         let boxes = [
             (
                 "figure-3-18",
-                "Thesis, figure 3.18 again: known to two robots or more",
+                "Thesis, figure 3.18 again: known to several",
                 "Part of the known",
                 overlap as fn(&Outcome) -> f32,
                 1,

@@ -1,0 +1,91 @@
+//! The page that `uchain run --out` writes of a mission (`report.html`), in a browser: nothing in it is cut,
+//! covered or pale, narrow and wide, light and dark.
+
+use serde_json::{Value, json};
+use sim_harness::mission::Mission;
+use sim_harness::report::report;
+use uchain_web::recipe::Recipe;
+use uchain_web::{Dropped, Flight};
+
+use crate::browser::{Browser, LEAST_CONTRAST};
+use crate::opened::folder;
+
+/// The least contrast of a text with its background that WCAG 2.2 asks for at level AA.
+const CONTRAST: f64 = 4.5;
+
+/// Counts the pairs of names on the map that cover one another, and the names that are cut.
+const NAMES_IN_THE_WAY: &str = r##"(() => {
+    const map = document.getElementById("map").getBoundingClientRect();
+    const boxes = [...document.querySelectorAll("#map .name")]
+        .filter((name) => getComputedStyle(name).display !== "none" && name.textContent)
+        .map((name) => name.getBoundingClientRect());
+    const covers = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1;
+    const pairs = boxes.flatMap((a, n) => boxes.slice(n + 1).filter((b) => covers(a, b)));
+    const cut = boxes.filter((box) => box.left < map.left - 1 || box.right > map.right + 1);
+    return pairs.length + cut.length;
+})()"##;
+
+/// The report of a mission as the command writes it.
+fn report_of(recipe: &Value) -> String {
+    let read = Recipe::read(&recipe.to_string()).unwrap();
+    let files = Dropped::new();
+    let scenario = read.scenario(files.memory()).unwrap();
+    let trace = Mission::record(&scenario, &scenario.world(), read.seed());
+    let mut flight = Flight::new(&recipe.to_string(), &files).unwrap();
+    while flight.advance(1_000_000) {}
+    report::html(&trace, &flight.summary().parse().unwrap()).unwrap()
+}
+
+async fn looks_right(browser: &mut Browser, name: &str) {
+    for (width, scheme) in [(1_440, "light"), (1_440, "dark"), (400, "light"), (400, "dark")] {
+        browser.look(width, scheme).await;
+        let contrast = browser.evaluate(LEAST_CONTRAST).await.as_f64().unwrap();
+        assert!(contrast >= CONTRAST, "{name}, {width}, {scheme}: {contrast}");
+        let needed = browser.evaluate("document.documentElement.scrollWidth").await;
+        assert!(needed.as_u64().unwrap() <= u64::from(width), "{name}, {width}: {needed}");
+        for part in 1..8 {
+            let go = format!(
+                "{{ const time = document.getElementById('time'); time.value = time.max * {part} / 8; \
+                 time.dispatchEvent(new Event('input')); 0 }}"
+            );
+            browser.evaluate(&go).await;
+            let hidden = browser.evaluate(NAMES_IN_THE_WAY).await;
+            assert_eq!(hidden, 0, "{name}, {width}, at {part} of 8");
+        }
+    }
+}
+
+#[tokio::test]
+async fn reports_are_readable_narrow_and_wide_light_and_dark_in_chromium() {
+    let recipes = [
+        json!({ "scenario": "demo", "seed": 1 }),
+        json!({ "scenario": "cut", "seed": 1 }),
+        json!({ "scenario": "swarm-both", "seed": 1 }),
+        json!({ "scenario": "explore-room", "seed": 1 }),
+    ];
+    for recipe in recipes {
+        let name = recipe["scenario"].as_str().unwrap();
+        let folder = folder(&format!("report-{name}"));
+        let file = folder.join("report.html");
+        std::fs::write(&file, report_of(&recipe)).unwrap();
+        let url = format!("file://{}", file.display());
+        let mut browser = Browser::open(&folder.join("profile"), &url).await;
+        browser.wait_for("document.querySelectorAll('#events button').length > 2").await;
+        looks_right(&mut browser, name).await;
+    }
+}
+
+/// A relay that was killed says no more, so that nothing shows a link of it.
+#[tokio::test]
+async fn a_drone_that_is_down_has_no_link_in_chromium() {
+    let folder = folder("report-down");
+    let file = folder.join("report.html");
+    std::fs::write(&file, report_of(&json!({ "scenario": "cut", "seed": 1 }))).unwrap();
+    let url = format!("file://{}#t=200", file.display());
+    let mut browser = Browser::open(&folder.join("profile"), &url).await;
+    browser.wait_for("document.querySelectorAll('#nodes tbody tr').length > 4").await;
+    let strengths = "[...document.querySelectorAll('#nodes tbody tr')] \
+                     .filter((row) => row.cells[1].textContent === 'down') \
+                     .map((row) => row.cells[4].textContent + row.cells[5].textContent)";
+    assert_eq!(browser.evaluate(strengths).await, json!(["\u{2013}\u{2013}", "\u{2013}\u{2013}"]));
+}
