@@ -9,7 +9,7 @@ const colours = {};
 // The colours of the style sheet, which are those of a light or of a dark page.
 export function takeColours() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["rock", "floor", "wall", "centre", "ink", "paper", "head", "relay", "explorer", "base", "down", "good", "weak", "bad", "plan"]) {
+  for (const name of ["rock", "floor", "wall", "centre", "ink", "paper", "head", "relay", "explorer", "unseen", "base", "down", "good", "weak", "bad", "plan"]) {
     colours[name] = style.getPropertyValue(`--${name}`).trim();
   }
 }
@@ -18,7 +18,7 @@ export class View {
   constructor(canvas) {
     this.canvas = canvas;
     this.context = canvas.getContext("2d");
-    [this.zoom, this.panned, this.follows] = [1, [0, 0], false];
+    this.whole();
     this.pointers = new Map();
     this.listen();
   }
@@ -31,7 +31,8 @@ export class View {
     [this.xs, this.ys] = [reach(0), reach(1)];
     this.floor = path(outlines, true);
     this.lines = path(centre_lines, false);
-    this.trail = [];
+    this.trails = setting.nodes.map(() => []);
+    this.seen = setting.mission === "explore" ? new Seen([this.xs, this.ys]) : null;
     this.whole();
     this.shape();
   }
@@ -46,7 +47,8 @@ export class View {
   }
 
   whole() {
-    [this.zoom, this.panned, this.follows] = [1, [0, 0], false];
+    [this.panned, this.follows] = [[0, 0], false];
+    this.zoomTo(1);
   }
 
   // The metres-to-pixels transform: the whole place fits at zoom 1.
@@ -79,10 +81,7 @@ export class View {
     g.fillStyle = colours.rock;
     g.fillRect(0, 0, ...this.size);
     this.place(g);
-    if (frame) {
-      this.follow(frame.drones[0]);
-      this.way(g);
-    }
+    if (frame) this.ways(g);
     if (plan) this.planned(g, plan);
     if (frame) {
       this.links(g, frame);
@@ -95,8 +94,9 @@ export class View {
     g.save();
     const [x, y] = this.pixel([0, 0]);
     g.transform(this.scale, 0, 0, -this.scale, x, y);
-    g.fillStyle = colours.floor;
+    g.fillStyle = this.seen ? colours.unseen : colours.floor;
     g.fill(this.floor, "evenodd");
+    this.seen?.draw(g, this.floor);
     g.lineJoin = "round";
     g.lineWidth = 2 / this.scale;
     g.strokeStyle = colours.wall;
@@ -108,19 +108,28 @@ export class View {
     g.restore();
   }
 
-  follow(head) {
-    const last = this.trail[this.trail.length - 1];
-    if (!last || Math.hypot(last[0] - head.x, last[1] - head.y) > 0.15) this.trail.push([head.x, head.y]);
-    if (this.trail.length > 4000) this.trail = this.trail.filter((_, n) => n % 2 === 0);
+  // Keeps what the ways and the ground seen are drawn from, frame by frame.
+  note(frame) {
+    frame.drones.forEach((drone, n) => {
+      const trail = this.trails[n];
+      const last = trail[trail.length - 1];
+      if (!last || Math.hypot(last[0] - drone.x, last[1] - drone.y) > 0.15) trail.push([drone.x, drone.y]);
+      if (trail.length > 4000) this.trails[n] = trail.filter((_, k) => k % 2 === 0);
+      if (drone.z > 0.1) this.seen?.note(drone);
+    });
   }
 
-  way(g) {
-    g.beginPath();
-    this.trail.forEach((at) => g.lineTo(...this.pixel(at)));
+  // In a chain all drones fly the head's way.
+  ways(g) {
+    const shown = this.setting.mission === "chain" ? this.trails.slice(0, 1) : this.trails;
     g.globalAlpha = 0.35;
-    g.strokeStyle = colours.head;
     g.lineWidth = 2;
-    g.stroke();
+    shown.forEach((trail, n) => {
+      g.strokeStyle = colours[kindOf(n, this.setting.nodes[n].role)];
+      g.beginPath();
+      trail.forEach((at) => g.lineTo(...this.pixel(at)));
+      g.stroke();
+    });
     g.globalAlpha = 1;
   }
 
@@ -141,17 +150,30 @@ export class View {
     }
   }
 
-  // Marks that would cover another are drawn below it, with a line to their place. The head comes first.
+  // A mark that would cover another is drawn beside it, with a line to its place. The head comes first.
   drones(g, frame) {
     const placed = [];
     frame.drones.forEach((drone, n) => {
       const at = this.pixel([drone.x, drone.y]);
-      const mark = [...at];
-      for (let tries = 0; tries < 40 && placed.some(([x, y]) => Math.hypot(x - mark[0], y - mark[1]) < 2 * MARK + 1); tries++) mark[1] += MARK;
+      const mark = this.freePlace(at, placed);
       placed.push(mark);
-      if (mark[1] !== at[1]) stroke(g, at, mark, colours.ink, 1);
+      if (mark !== at) stroke(g, at, mark, colours.ink, 1);
       this.mark(g, mark, drone, n);
     });
+  }
+
+  // The place nearest to this one, in steps, that no mark covers and that lies on the canvas.
+  freePlace(at, placed) {
+    const isOn = ([x, y]) => x >= MARK && y >= MARK && x <= this.size[0] - MARK && y <= this.size[1] - MARK;
+    const isFree = ([x, y]) => placed.every((other) => Math.hypot(x - other[0], y - other[1]) >= 2 * MARK + 1);
+    if (!isOn(at) || isFree(at)) return at;
+    for (let far = 1; far < 60; far++) {
+      for (const [x, y] of [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, -1], [1, -1], [-1, 1]]) {
+        const place = [at[0] + x * far * MARK, at[1] + y * far * MARK];
+        if (isOn(place) && isFree(place)) return place;
+      }
+    }
+    return at;
   }
 
   mark(g, [x, y], drone, n) {
@@ -226,18 +248,72 @@ export class View {
       const distance = pointers.size === 2 ? apart() : 0;
       pointers.set(event.pointerId, event);
       if (distance > 0) this.zoomBy(apart() / distance);
+      else if (this.follows) this.unfollow();
       else this.panned = this.panned.map((value, axis) => value + metres(event, before)[axis]);
     });
     canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
+      // At the whole place the wheel scrolls the page on.
+      const before = this.zoom;
       this.zoomBy(Math.exp(-event.deltaY / 400));
+      if (this.zoom !== before) event.preventDefault();
     }, { passive: false });
     canvas.addEventListener("dblclick", () => this.whole());
     window.addEventListener("resize", () => this.shape());
   }
 
   zoomBy(factor) {
-    this.zoom = Math.min(Math.max(this.zoom * factor, 1), MOST_ZOOM);
+    this.zoomTo(Math.min(Math.max(this.zoom * factor, 1), MOST_ZOOM));
+  }
+
+  // A finger scrolls the page while the whole place is shown, and else moves the map.
+  zoomTo(zoom) {
+    this.zoom = zoom;
+    this.canvas.style.touchAction = zoom > 1 ? "none" : "pan-y";
+  }
+
+  // Stays where it is instead of following the head.
+  unfollow() {
+    const middle = [this.xs, this.ys].map(([a, b]) => (a + b) / 2);
+    [this.panned, this.follows] = [middle.map((value, axis) => value - this.centre[axis]), false];
+  }
+}
+
+// The ground that explorers' beams have passed over, a pixel of a picture for each cell.
+class Seen {
+  static CELL = 0.1; // m, as in the explorers' own maps
+  static CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad: a ranger sees a cone
+  static CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing
+  static BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
+
+  constructor([xs, ys]) {
+    const most = 4000; // cells to a side
+    this.corner = [xs[0], ys[0]];
+    const size = ([a, b]) => Math.min(Math.max(Math.ceil((b - a) / Seen.CELL), 1), most);
+    this.canvas = new OffscreenCanvas(size(xs), size(ys));
+    this.context = this.canvas.getContext("2d");
+  }
+
+  note({ x, y, yaw, beams }) {
+    const { CELL } = Seen;
+    this.context.fillStyle = colours.floor;
+    beams?.forEach((range, n) => {
+      if (range === null) return;
+      for (const off of Seen.CONE) {
+        const [along, up] = [Math.cos(yaw + Seen.BEAMS[n] + off), Math.sin(yaw + Seen.BEAMS[n] + off)];
+        for (let s = 0; s < (range < 0 ? Seen.CLEAR : range); s += CELL / 2) {
+          this.context.fillRect(Math.floor((x + s * along - this.corner[0]) / CELL), Math.floor((y + s * up - this.corner[1]) / CELL), 1, 1);
+        }
+      }
+    });
+  }
+
+  draw(g, floor) {
+    const { width, height } = this.canvas;
+    g.save();
+    g.clip(floor, "evenodd");
+    g.imageSmoothingEnabled = false;
+    g.drawImage(this.canvas, this.corner[0], this.corner[1], width * Seen.CELL, height * Seen.CELL);
+    g.restore();
   }
 }
 
@@ -279,8 +355,8 @@ function label(g, words, x, y) {
   g.fillText(words, x, y + 0.5);
 }
 
-export const letter = (n, role) => (role === "base" ? "B" : n === 0 ? "H" : String(n));
-export const kindOf = (n, role) => (role === "head" && n > 0 ? "explorer" : role);
+export const letter = (n, role) => (role === "base" ? "B" : role === "head" && n === 0 ? "H" : String(n));
+export const kindOf = (n, role) => (role === "drone" || (role === "head" && n > 0) ? "explorer" : role);
 
 // Where a strength stands between the limits: good above the launch limit, bad below the retreat limit.
 export const gradeOf = (dbm, { launch_dbm, retreat_dbm }) =>

@@ -47,6 +47,8 @@ const said = {
     // A frame of the mission before may come while the page opens the next one.
     if (frame.drones.length !== page.setting?.nodes.length) return;
     page.frame = frame;
+    view.note(frame);
+    events(frame);
     const now = performance.now();
     if (frame.over || now - page.told > WORDS_MS) {
       page.told = now;
@@ -81,6 +83,7 @@ async function open(recipe, dropped = page.dropped) {
   at("answer").replaceChildren();
   at("hide-plan").hidden = true;
   view.show(setting);
+  view.note(frame);
   rows();
   controls();
   branches();
@@ -93,7 +96,10 @@ async function open(recipe, dropped = page.dropped) {
 function controls() {
   const { setting, recipe } = page;
   at("seed").value = setting.seed;
-  at("scenario").value = recipe.map || recipe.text ? "" : setting.name;
+  const isOwn = Boolean(recipe.map || recipe.text);
+  at("own").hidden = !isOwn;
+  at("own").textContent = `your own: ${setting.title || setting.name}`;
+  at("scenario").value = isOwn ? "" : setting.name;
   const values = { loss: setting.packet_loss * 100, launch: setting.launch_dbm, relays: setting.relays };
   for (const [id, value] of Object.entries(values)) {
     at(id).value = value;
@@ -101,12 +107,20 @@ function controls() {
   }
   const isChain = setting.mission === "chain";
   for (const id of ["launch", "relays"]) at(id).disabled = !isChain;
+  for (const part of document.querySelectorAll(".of-chain")) part.hidden = !isChain;
+  at("about").textContent = ABOUT[setting.mission];
   const { route } = setting.place;
   if (recipe.map && page.offered === page.dropped) at("entry").value = recipe.map;
   at("stations").replaceChildren(...(route?.stations ?? []).map((name) => new Option(name)));
   at("route-words").textContent = route
     ? `${route.length_m} m from ${route.from} to ${route.to}: ${route.ended}. ${route.warnings.slice(0, 4).join(" ")}` : "";
 }
+
+const ABOUT = {
+  chain: "A head flies into a cave; relays follow by themselves, so that its radio link to the base lasts.",
+  explore: "Explorers map a place together, each with its own map: dark ground has not been seen by any of them.",
+  swarm: "A swarm surveys an area in rows, gathers, and crosses a narrow passage.",
+};
 
 const SLIDERS = { loss: (value) => `${Math.round(value)} %`, launch: (value) => dbm(value), relays: String };
 
@@ -171,10 +185,18 @@ function tellFrame(frame) {
   if (!setting || frame.drones.length !== setting.nodes.length) return;
   const whose = page.steers ? "You" : page.recipe.pilot ? "The pilot of the link" : "The scenario's pilot";
   const end = frame.over ? ", the end" : "";
-  at("now").textContent = `${clock(frame.t)} of ${clock(setting.duration_s)}${end}. ${whose}: ${frame.order}${frame.recalled ? "; a drone calls all home" : ""}`;
+  at("now").textContent = `${clock(frame.t)} of ${clock(setting.duration_s)}${end}. ${whose}: ${orderWords(frame.order)}${frame.recalled ? "; a drone calls all home" : ""}`;
   frame.drones.forEach((drone, n) => tellDrone(drone, n));
-  events(frame);
+  for (const button of document.querySelectorAll("#pilot button")) button.disabled = frame.over;
   at("map").ariaLabel = `The cave and the drones from above: the head is ${Math.round(frame.drones[0].way)} m from the base.`;
+}
+
+// The order as a pilot would say it.
+function orderWords(order) {
+  const speed = /^explore at ([−-]?)([\d.]+) m\/s(.*)$/.exec(order);
+  if (!speed || page.setting.mission !== "chain") return order.replace(/^explore at .*$/, "explore");
+  const [, sign, value, rest] = speed;
+  return (Number(value) === 0 ? "hover" : `fly ${sign ? "back" : "in"} at ${value} m/s`) + rest;
 }
 
 function tellDrone(drone, n) {
@@ -184,12 +206,15 @@ function tellDrone(drone, n) {
   parts.state.textContent = role === "base" ? "hears the pilot" : drone.lost ? "is dead" : STATES[drone.state] ?? drone.state;
   parts.chip.className = `chip ${drone.lost ? "down" : kindOf(n, role)}`;
   const link = (to, words) => to && to.dbm !== null && !drone.lost
-    ? [element("span", { className: gradeOf(to.dbm, setting), textContent: `${words} ${setting.nodes[to.peer]?.name ?? ""} ${dbm(to.dbm)}` }), "  "] : [];
+    ? [element("span", { className: gradeOf(to.dbm, setting), textContent: `${words} ${setting.nodes[to.peer]?.name ?? ""} ${dbm(to.dbm)}` })] : [];
   const motion = drone.forward ? `${drone.forward > 0 ? "forward" : "back"} at ${Math.abs(drone.forward).toFixed(2)} m/s` : "";
-  parts.links.replaceChildren(...link(drone.back, "hears"), ...link(drone.front, "hears"), motion);
+  const told = [...link(drone.back, "hears"), ...link(drone.front, "hears"), motion].filter(Boolean);
+  parts.links.replaceChildren(...told.flatMap((part, k) => (k ? [", ", part] : [part])));
   const kill = at("drones").children[n].querySelector("button");
   if (kill) kill.disabled = drone.lost;
 }
+
+const PAUSES = ["waiting", "hovering"];
 
 // Each change of a state is an event of the mission.
 function events(frame) {
@@ -197,6 +222,8 @@ function events(frame) {
     const { name, role } = page.setting.nodes[n];
     const now = lost ? "dead" : state;
     const before = page.states[n];
+    // Between two goals a drone waits, and goes on.
+    if (before !== undefined && PAUSES.includes(now)) return;
     page.states[n] = now;
     if (before === undefined || before === now || role === "base") return;
     const words = lost ? "is dead" : STATES[state] ?? state;
@@ -290,6 +317,7 @@ addEventListener("keydown", (event) => {
   if (!HELD[key] && !PRESSED[key]) return;
   event.preventDefault();
   if (event.repeat) return;
+  if (page.setting?.mission !== "chain" && (HELD[key] || key.startsWith("Arrow"))) return;
   if (HELD[key]) hold(HELD[key]);
   else doing(PRESSED[key])();
 });
@@ -336,6 +364,14 @@ for (const id of Object.keys(SLIDERS)) {
   })));
 }
 
+// Keys steer again after the pointer has moved a slider or chosen from a menu.
+for (const control of document.querySelectorAll("select, input[type=range]")) {
+  let isPointed = false;
+  control.addEventListener("pointerdown", () => { isPointed = true; });
+  control.addEventListener("keydown", () => { isPointed = false; });
+  control.addEventListener("change", () => isPointed && control.blur());
+}
+
 // ---- Files ---------------------------------------------------------------------------------
 
 async function take(dropped) {
@@ -355,7 +391,10 @@ function offer(dropped) {
 function useEntry(path, dropped, ends = {}) {
   if (isScenario(path)) {
     const { bytes } = dropped.find((file) => file.path === path);
-    return begin({ text: new TextDecoder().decode(bytes) }, dropped);
+    // The simulator knows the text alone: what is wrong in it is told with the file's name.
+    return begin({ text: new TextDecoder().decode(bytes) }, dropped).catch((error) => {
+      throw new Error(error.message.replace(/^scenario\.toml/, path));
+    });
   }
   return begin({ map: path, ...ends }, dropped);
 }
@@ -382,6 +421,7 @@ addEventListener("drop", (event) => {
 // ---- The plan ------------------------------------------------------------------------------
 
 async function plan() {
+  at("answer").replaceChildren(element("p", { textContent: "Computing …" }));
   const { plan: planned, text } = await ask("plan", { recipe: without(page.recipe, "pilot", "loss"), margin: Number(at("margin").value) });
   page.plan = planned;
   const [lead, , ...rest] = text.split("\n\n").flatMap((block, n) => (n === 1 ? [block] : block.split("\n"))).filter(Boolean);
@@ -398,7 +438,10 @@ async function plan() {
   at("hide-plan").hidden = false;
 }
 
-at("ask").addEventListener("click", doing(plan));
+at("ask").addEventListener("click", doing(() => plan().catch((error) => {
+  at("answer").replaceChildren();
+  throw error;
+})));
 at("hide-plan").addEventListener("click", () => {
   page.plan = null;
   at("answer").replaceChildren();

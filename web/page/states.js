@@ -7,5 +7,5 @@ export const STATES = {
   siting: "looks for a spot to land on", "backing-up": "backs up to keep its link", perched: "relays from the ground",
   rising: "rises again", landing: "lands", landed: "has landed", stopped: "is stopped",
   hovering: "hovers", surveying: "surveys its part", gathering: "gathers at the entrance", crossing: "crosses the passage",
-  lost: "has lost its place", waiting: "waits", exploring: "explores", returning: "returns",
+  lost: "has lost its place", waiting: "hovers", exploring: "explores", returning: "returns",
 };

@@ -101,8 +101,8 @@ impl Flight {
     /// The mission at this moment, as JSON.
     #[must_use]
     pub fn frame(&self) -> String {
-        self.held.with_dependent(|_, flying| {
-            look::frame(&flying.mission, has_ended(&flying.mission)).to_string()
+        self.held.with_dependent(|ground, flying| {
+            look::frame(&ground.scenario, &flying.mission, has_ended(&flying.mission)).to_string()
         })
     }
 

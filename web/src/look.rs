@@ -6,7 +6,7 @@ use sim_harness::measure::metrics::RunMetrics;
 use sim_harness::mission::Mission;
 use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace, order_words};
 use sim_harness::scenario::Scenario;
-use units::Point2;
+use units::{MissionKind, Point2, Role};
 
 /// A number, rounded to hundredths: of metres, these are finer than a pixel.
 fn cm(value: f32) -> Value {
@@ -43,13 +43,21 @@ pub fn place(scenario: &Scenario) -> Value {
     json!({ "outlines": outlines, "centre_lines": centre_lines, "route": route })
 }
 
+/// The part of a member in its mission: a swarm and explorers have no head and no relays.
+fn role(mission: MissionKind, role: Role) -> &'static str {
+    match (mission, role) {
+        (MissionKind::Chain, _) | (_, Role::Base) => role.name(),
+        (MissionKind::Swarm | MissionKind::Explore, _) => "drone",
+    }
+}
+
 /// What does not change during a mission.
 #[must_use]
 pub fn setting(scenario: &Scenario, seed: u64, trace: &Trace) -> Value {
     let nodes: Value = trace
         .nodes
         .iter()
-        .map(|node| json!({ "name": node.to_string(), "role": node.role.name() }))
+        .map(|node| json!({ "name": trace.name(node), "role": role(scenario.mission, node.role) }))
         .collect();
     json!({
         "name": scenario.name,
@@ -77,7 +85,17 @@ fn link(link: Option<&LinkFrame>) -> Value {
     })
 }
 
-fn drone(mission: &Mission<'_>, number: usize, drone: &DroneFrame) -> Value {
+/// How far the four beams of an explorer see, negative where they meet nothing; nothing for others, whose
+/// beams are not drawn.
+fn beams(scenario: &Scenario, drone: &DroneFrame) -> Value {
+    if scenario.mission != MissionKind::Explore {
+        return Value::Null;
+    }
+    let told = |range: f32| if range == f32::INFINITY { json!(-1) } else { cm(range) };
+    drone.ranges.map(told).into_iter().collect()
+}
+
+fn drone(scenario: &Scenario, mission: &Mission<'_>, number: usize, drone: &DroneFrame) -> Value {
     json!({
         "x": rounded(drone.pose.at.x, 1000.0),
         "y": rounded(drone.pose.at.y, 1000.0),
@@ -88,6 +106,7 @@ fn drone(mission: &Mission<'_>, number: usize, drone: &DroneFrame) -> Value {
         "forward": cm(drone.commanded[0]),
         "battery_v": cm(drone.battery_v),
         "lost": mission.is_lost(number),
+        "beams": beams(scenario, drone),
         "front": link(drone.front.as_ref()),
         "back": link(drone.back.as_ref()),
     })
@@ -95,10 +114,10 @@ fn drone(mission: &Mission<'_>, number: usize, drone: &DroneFrame) -> Value {
 
 /// A mission at this moment, and whether it has ended.
 #[must_use]
-pub fn frame(mission: &Mission<'_>, has_ended: bool) -> Value {
+pub fn frame(scenario: &Scenario, mission: &Mission<'_>, has_ended: bool) -> Value {
     let frame = mission.frame();
     let drones: Value =
-        frame.drones.iter().enumerate().map(|(n, it)| drone(mission, n, it)).collect();
+        frame.drones.iter().enumerate().map(|(n, it)| drone(scenario, mission, n, it)).collect();
     json!({
         "t": frame.time_us as f64 * 1e-6,
         "order": order_words(frame.order),

@@ -17,6 +17,12 @@ pub(crate) fn open(files: &dyn Files, path: &str, largest: usize) -> Result<Open
 
 fn unopened(path: &str, error: &FileError) -> Refusal {
     match error {
+        FileError::Missing if [".dot", ".sdf"].iter().any(|end| path.ends_with(end)) => {
+            Refusal::new(
+                format!("there is no file \"{path}\""),
+                "give both files of the world, its .dot and its .sdf, beside each other",
+            )
+        }
         FileError::Missing => {
             Refusal::new(format!("there is no file \"{path}\""), "give its right name")
         }

@@ -123,12 +123,53 @@ async fn a_dropped_survey_is_flown_and_planned_in_chromium() {
     assert_eq!(opened["setting"]["name"], "crooked");
 }
 
+/// A robot's map, whose picture is a file of its own, and a world of the SubT Challenge, whose graph and
+/// tiles are two files.
+#[tokio::test]
+async fn a_dropped_map_or_world_is_flown_in_chromium() {
+    let gallery: [(&str, &[u8]); 2] = [
+        ("gallery.yaml", include_bytes!("../../../tests/maps/gallery.yaml")),
+        ("gallery.pgm", include_bytes!("../../../tests/maps/gallery.pgm")),
+    ];
+    let world: [(&str, &[u8]); 2] = [
+        ("crossing.dot", include_bytes!("../../../tests/maps/crossing.dot")),
+        ("crossing.sdf", include_bytes!("../../../tests/maps/crossing.sdf")),
+    ];
+    let mut browser = open("map", "").await;
+    for given in [gallery, world] {
+        let entry = given[0].0;
+        browser.evaluate(&files_dropped_on_page(&given)).await;
+        let name = entry.split('.').next().unwrap();
+        let is_open = format!(
+            "uchain.page.setting?.name === '{name}' && uchain.page.recipe.map === '{entry}'"
+        );
+        browser.wait_for(&is_open).await;
+        ask(&mut browser, "finish", Value::Null).await;
+        let record = ask(&mut browser, "record", Value::Null).await;
+        let mut files = Dropped::new();
+        for (name, bytes) in given {
+            files.add(name, bytes.to_vec());
+        }
+        let recipe = json!({ "map": entry });
+        same(&recipe, record["csv"].as_str().unwrap(), &trace_here(&recipe, &files));
+    }
+}
+
 /// The JavaScript that drops a file on the page.
 fn dropped_on_page(text: &str, name: &str) -> String {
+    files_dropped_on_page(&[(name, text.as_bytes())])
+}
+
+/// The JavaScript that drops these files on the page at once.
+fn files_dropped_on_page(files: &[(&str, &[u8])]) -> String {
+    let each = files.iter().map(|(name, bytes)| {
+        format!("given.items.add(new File([new Uint8Array({bytes:?})], {name:?})); ")
+    });
     format!(
-        "{{ const given = new DataTransfer(); given.items.add(new File([{text:?}], {name:?})); \
+        "{{ const given = new DataTransfer(); {} \
          const input = document.getElementById('files'); input.files = given.files; \
-         input.dispatchEvent(new Event('change')); 0 }}"
+         input.dispatchEvent(new Event('change')); 0 }}",
+        each.collect::<String>()
     )
 }
 
