@@ -281,8 +281,8 @@ export class View {
 // The ground that explorers' beams have passed over, a pixel of a picture for each cell.
 class Seen {
   static CELL = 0.1; // m, as in the explorers' own maps
-  static CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad: a ranger sees a cone
-  static CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing
+  static CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad: the VL53L1x sees a cone of ±13.5°
+  static CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing (`[explore] clear` of the agent)
   static BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
 
   constructor([xs, ys]) {
@@ -291,11 +291,12 @@ class Seen {
     const size = ([a, b]) => Math.min(Math.max(Math.ceil((b - a) / Seen.CELL), 1), most);
     this.canvas = new OffscreenCanvas(size(xs), size(ys));
     this.context = this.canvas.getContext("2d");
+    this.colour = colours.floor;
   }
 
   note({ x, y, yaw, beams }) {
     const { CELL } = Seen;
-    this.context.fillStyle = colours.floor;
+    this.context.fillStyle = this.colour;
     beams?.forEach((range, n) => {
       if (range === null) return;
       for (const off of Seen.CONE) {
@@ -309,6 +310,13 @@ class Seen {
 
   draw(g, floor) {
     const { width, height } = this.canvas;
+    if (this.colour !== colours.floor) {
+      // The page has become light or dark since.
+      this.colour = this.context.fillStyle = colours.floor;
+      this.context.globalCompositeOperation = "source-in";
+      this.context.fillRect(0, 0, width, height);
+      this.context.globalCompositeOperation = "source-over";
+    }
     g.save();
     g.clip(floor, "evenodd");
     g.imageSmoothingEnabled = false;

@@ -70,18 +70,8 @@
     crossing: "enters the passage", exploring: "begins to explore", lost: "has lost its place", landed: "has landed", down: "is down without having landed, and says no more", stopped: "stops its motors",
   };
   const OTHER = { name: "another state", colour: "#c3c38a", states: [] };
-  // A drone that falls, or is taken out of the mission, says no more: it lies where its own code has it fly.
-  const AIRBORNE = 0.1, DOWN = 0.05; // m
+  const AIRBORNE = 0.1; // m
   const GROUNDING = ["idle", "armed", "landed", "landing", "taking-off", "perched", "rising", "stopped"];
-  data.states.push("down");
-  for (const node of nodes) {
-    if (node.role === "base") continue;
-    let flew = false;
-    node.state = node.state.map((state, i) => {
-      flew ||= node.z[i] > AIRBORNE;
-      return flew && node.z[i] < DOWN && !GROUNDING.includes(data.states[state]) ? data.states.length - 1 : state;
-    });
-  }
   const kindOf = (name) => KINDS.find((kind) => kind.states.includes(name)) ?? OTHER;
   const grounded = (node, i) => kindOf(data.states[node.state[i]]) === KINDS[0];
   const isDown = (node, i) => data.states[node.state[i]] === "down";
@@ -207,10 +197,10 @@
   if (data.mission === "explore") {
     const CELL = 0.1; // m, as in the explorers' own maps
     // A ranger sees a cone, and the nearest surface in it: as far as that, all of the cone is free.
-    const CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad
-    const CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing
-    const SHORT = 0.15; // m: what is so near before a surface is not told from it
-    const CLEARS = 3; // so many later looks through a cell show that there is no wall
+    const CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad: the VL53L1x sees ±13.5°
+    const CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing (`[explore] clear` of the agent)
+    const SHORT = 0.15; // m: what is so near before a surface is not told from it; our own number, as the next one
+    const CLEARS = 3; // looks through a cell after which there is no wall
     const SIDE = 10_000, cells = new Map();
     const cell = (x, y) => {
       const key = (Math.floor(x / CELL) + SIDE / 2) * SIDE + Math.floor(y / CELL) + SIDE / 2;
@@ -269,7 +259,7 @@
     return widths.get(key);
   }
   // Writes a drone's name where it hides no other: with what the drone is doing, without, or its number alone.
-  function writeName(mark, node, index, [x, y], unit, taken) {
+  function writeName(mark, node, [x, y], unit, taken) {
     const number = node.name.replace(/^(relay|drone|explorer) /, "");
     const doing = node.role === "base" || !few ? "" : data.states[node.state[now]];
     const ways = [[node.name, "", -14], [node.name, "", 24], [number, "", -14], [number, "", 24], [number, "", 5, 15], [number, "", 5, -15]];
@@ -304,7 +294,7 @@
       mark.body.setAttribute("class", grounded(node, now) || isDown(node, now) ? "grounded" : "");
       const waiting = grounded(node, now) && node.role !== "base" && index > 0;
       mark.name.style.display = waiting ? "none" : "";
-      if (!waiting) writeName(mark, node, index, [x, y], unit, taken);
+      if (!waiting) writeName(mark, node, [x, y], unit, taken);
       const trail = [];
       for (let i = Math.max(0, now - TRAIL); i <= now; i++) trail.push(`${node.x[i]},${-node.y[i]}`);
       mark.trail.setAttribute("points", trail.join(" "));
@@ -324,7 +314,7 @@
         mark.link.setAttribute("x2", peer.x[now]); mark.link.setAttribute("y2", -peer.y[now]);
         mark.link.setAttribute("stroke", strength(link.filtered));
       }
-      fillRow(rows[index], node, index);
+      fillRow(rows[index], node);
     });
     showSeen();
     markEvent();
@@ -348,7 +338,7 @@
     const cell = (number) => { const c = row.insertCell(); if (number) c.className = "number"; return c; };
     return { doing: cell(false), way: cell(true), speed: cell(true), front: cell(true), back: cell(true) };
   });
-  function fillRow(row, node, index) {
+  function fillRow(row, node) {
     row.doing.textContent = node.role === "base" ? "base" : data.states[node.state[now]];
     row.way.textContent = fixed(node.way[now], 2);
     row.speed.textContent = node.role === "base" ? "–" : fixed(speed(node, now), 2);

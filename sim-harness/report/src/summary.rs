@@ -11,7 +11,7 @@ use mission::RadioMetrics;
 use mission::trace::{DroneFrame, Node, Trace};
 use scenario::Scenario;
 
-use crate::pictures::is_down;
+use crate::pictures::state_name;
 
 /// The summary of one mission, with the failures in words.
 #[must_use]
@@ -24,10 +24,7 @@ pub fn summary(
     failures: &[String],
 ) -> Value {
     let drones: Vec<_> = last_drones(trace)
-        .map(|(node, drone)| {
-            let state = if is_down(drone) { "down" } else { drone.state.name() };
-            json!({ "id": node.id.0, "state": state })
-        })
+        .map(|(node, drone)| json!({ "id": node.id.0, "state": state_name(drone) }))
         .collect();
     let criteria: serde_json::Map<_, _> = criteria(scenario, metrics)
         .iter()

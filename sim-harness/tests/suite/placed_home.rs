@@ -3,8 +3,10 @@
 //! farther behind than they stood: of the four drones of `cut` two landed on or beside each other and one
 //! beside the base.
 
-use sim_harness::measure::metrics::{Reference, Watch};
-use sim_harness::mission::Mission;
+use std::sync::atomic::AtomicBool;
+
+use sim_harness::measure::campaign::fly_until;
+use sim_harness::measure::metrics::Reference;
 use sim_harness::scenario::Scenario;
 
 #[test]
@@ -12,15 +14,10 @@ fn drones_that_are_placed_in_the_air_land_apart() {
     let scenario = Scenario::open("cut").expect("the scenario is built in");
     let world = scenario.world();
     let reference = Reference::of(&scenario, &world);
-    for seed in 1..=4 {
-        let mut mission = Mission::new(&scenario, &world, seed);
-        let mut watch = Watch::new(&scenario, &world, &reference);
-        while !mission.is_over() {
-            mission.round();
-            watch.look(&mission);
-        }
-        let metrics = watch.verdict(&mission);
-        let failures = watch.judgement(&mission, &metrics).failures;
-        assert!(failures.is_empty(), "seed {seed}: {failures:?}");
+    let runs = fly_until(&AtomicBool::new(false), &scenario, &world, &reference, 1, 4, || ());
+    assert_eq!(runs.len(), 4);
+    for run in runs {
+        let failures = run.judgement.failures;
+        assert!(failures.is_empty(), "seed {}: {failures:?}", run.seed);
     }
 }

@@ -7,11 +7,9 @@ use sim_harness::report::report;
 use uchain_web::recipe::Recipe;
 use uchain_web::{Dropped, Flight};
 
-use crate::browser::{Browser, LEAST_CONTRAST};
+use crate::browser::Browser;
+use crate::looks::{LOOKS, is_readable};
 use crate::opened::folder;
-
-/// The least contrast of a text with its background that WCAG 2.2 asks for at level AA.
-const CONTRAST: f64 = 4.5;
 
 /// Counts the pairs of names on the map that cover one another, and the names that are cut.
 const NAMES_IN_THE_WAY: &str = r##"(() => {
@@ -37,12 +35,8 @@ fn report_of(recipe: &Value) -> String {
 }
 
 async fn looks_right(browser: &mut Browser, name: &str) {
-    for (width, scheme) in [(1_440, "light"), (1_440, "dark"), (400, "light"), (400, "dark")] {
-        browser.look(width, scheme).await;
-        let contrast = browser.evaluate(LEAST_CONTRAST).await.as_f64().unwrap();
-        assert!(contrast >= CONTRAST, "{name}, {width}, {scheme}: {contrast}");
-        let needed = browser.evaluate("document.documentElement.scrollWidth").await;
-        assert!(needed.as_u64().unwrap() <= u64::from(width), "{name}, {width}: {needed}");
+    for (width, scheme) in LOOKS {
+        is_readable(browser, name, (width, scheme)).await;
         for part in 1..8 {
             let go = format!(
                 "{{ const time = document.getElementById('time'); time.value = time.max * {part} / 8; \

@@ -26,8 +26,33 @@ pub struct GrowthChart {
 pub struct Growths {
     /// The name of the chart.
     pub label: String,
-    /// The name of each variant, and its value at each second.
-    pub curves: Vec<(String, Vec<f32>)>,
+    /// The curves.
+    pub curves: Vec<Curve>,
+}
+
+/// One variant over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// The name of the variant.
+    pub name: String,
+    /// The number of the robot, from 0, where the variant is one: it has its colour in every picture.
+    pub robot: Option<usize>,
+    /// The value at each second.
+    pub values: Vec<f32>,
+}
+
+impl Curve {
+    /// The curve of a variant that is no single robot.
+    #[must_use]
+    pub const fn of(name: String, values: Vec<f32>) -> Self {
+        Self { name, robot: None, values }
+    }
+
+    /// The curve of one robot, numbered from 0.
+    #[must_use]
+    pub fn of_robot(robot: usize, values: Vec<f32>) -> Self {
+        Self { name: format!("robot {}", robot + 1), robot: Some(robot), values }
+    }
 }
 
 /// Room for the variants' names on the right, in pixels.
@@ -45,7 +70,7 @@ pub(super) fn picture(chart: &GrowthChart) -> Result<Picture, PictureError> {
         let count = chart.groups.len().max(1) as f64;
         let each = (width - GUTTER * (count - 1.0)) / count;
         let longest =
-            chart.groups.iter().flat_map(|group| &group.curves).map(|it| it.1.len()).max();
+            chart.groups.iter().flat_map(|group| &group.curves).map(|it| it.values.len()).max();
         let x = Axis::exact(0.0, longest.unwrap_or(1) as f64, 6);
         let y = Axis::exact(0.0, chart.most, 5);
         for (index, group) in chart.groups.iter().enumerate() {
@@ -58,15 +83,13 @@ pub(super) fn picture(chart: &GrowthChart) -> Result<Picture, PictureError> {
             };
             let mut drawn = Chart::new(&area, &frame, &x, &y)?;
             let mut labels = Vec::new();
-            for (index, (name, curve)) in group.curves.iter().enumerate() {
-                // A robot has its colour in every picture.
-                let robot = name.strip_prefix("robot ").and_then(|n| n.parse::<usize>().ok());
-                let colour = robot.map_or_else(|| category(index), |n| style::robot(n.max(1) - 1));
+            for (index, curve) in group.curves.iter().enumerate() {
+                let colour = curve.robot.map_or_else(|| category(index), style::robot);
                 let at = |(second, known): (usize, &f32)| (second as f64 + 1.0, f64::from(*known));
                 let mut points = vec![(0.0, 0.0)];
-                points.extend(curve.iter().enumerate().map(at));
+                points.extend(curve.values.iter().enumerate().map(at));
                 if let Some((_, last)) = points.last() {
-                    labels.push((*last, name.clone(), colour));
+                    labels.push((*last, curve.name.clone(), colour));
                 }
                 drawn.line(points, stroke(&colour, 1.8))?;
             }

@@ -336,7 +336,7 @@ mod tests {
         trace.frames.push(trace.frames[100].clone());
         let shown = farthest(&trace).unwrap();
         assert!(shown.drones[0].way >= far.drones[0].way - THERE, "{}", shown.drones[0].way);
-        assert!(shown.time_us <= far.time_us, "not the last moment of a hover, but the first");
+        assert!(shown.time_us < far.time_us, "not the last moment of a hover, but the first");
         trace.mission = MissionKind::Swarm;
         assert_eq!(farthest(&trace), None, "a swarm has no head");
     }

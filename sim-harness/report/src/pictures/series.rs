@@ -108,9 +108,14 @@ fn link(trace: &Trace, receiver: usize) -> Option<LinkSeries> {
 }
 
 /// Whether a drone is down without having landed: its agent's last word stands, and it says no more.
-#[must_use]
-pub(crate) fn is_down(drone: &DroneFrame) -> bool {
+fn is_down(drone: &DroneFrame) -> bool {
     drone.height < DOWN && matches!(drone.state, State::OnMission(_))
+}
+
+/// The name of a drone's state, as an onlooker would say it: a drone that fell, or was taken out of the mission,
+/// is `down`, whatever its agent said last.
+pub(crate) fn state_name(drone: &DroneFrame) -> &'static str {
+    if is_down(drone) { "down" } else { drone.state.name() }
 }
 
 /// The link of a node towards the head: as it knew it itself, or as the node at the other end

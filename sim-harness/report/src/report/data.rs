@@ -7,7 +7,7 @@
 use serde_json::{Value, json};
 use units::Point2;
 
-use crate::pictures::{GROUND_LOSS, PlotFrame, launch_limit, nested, node_rgb};
+use crate::pictures::{GROUND_LOSS, PlotFrame, launch_limit, nested, node_rgb, state_name};
 use mission::trace::{DroneFrame, LinkFrame, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element. A node's columns are text before those of the
@@ -66,7 +66,7 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
         let of = |drone: &&DroneFrame| drone.ranges.get(beam).copied().unwrap_or(f32::NAN);
         column(drones.iter().map(|drone| range(of(drone))))
     });
-    let state = column(drones.iter().map(|drone| Some(number_of(drone.state.name(), states))));
+    let state = column(drones.iter().map(|drone| Some(number_of(state_name(drone), states))));
     let [r, g, b] = trace.nodes.get(index).map(node_rgb).unwrap_or_default();
     json!({
         "name": trace.nodes.get(index).map(|node| trace.name(node)),

@@ -9,7 +9,9 @@ use input::InputError;
 use measure::campaign::quantile_of;
 use measure::claim::Claim;
 use report::Folder;
-use report::pictures::{BoxChart, GrowthChart, Growths, RunGroup, RunValues, box_plots, growths};
+use report::pictures::{
+    BoxChart, Curve, GrowthChart, Growths, RunGroup, RunValues, box_plots, growths,
+};
 use terminal::Progress;
 
 use super::super::Trouble;
@@ -96,7 +98,7 @@ fn boxed(
 fn grown(figures: &Figures) -> GrowthChart {
     let curves = |rule: &str| {
         let rows = ROBOTS.iter().filter_map(|robots| figures.row(rule, *robots));
-        rows.map(|row| (named(row.robots), growth(row))).collect()
+        rows.map(|row| Curve::of(named(row.robots), growth(row))).collect()
     };
     GrowthChart {
         title: "Thesis, figures 3.13 and 3.19 again".into(),

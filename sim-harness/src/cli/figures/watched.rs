@@ -6,7 +6,9 @@ use benchmarks::explore::figures::{DRIFTS, Figures, OURS_DRIFTS, ROBOTS, growth}
 use explorers::{Glance, World};
 use grid_map::CellState;
 use report::Folder;
-use report::pictures::{ExploredChart, ExploredMap, GrowthChart, Growths, explored, growths};
+use report::pictures::{
+    Curve, ExploredChart, ExploredMap, GrowthChart, Growths, explored, growths,
+};
 use units::Point2;
 
 use super::super::Trouble;
@@ -136,9 +138,9 @@ fn candidates(figures: &Figures) -> GrowthChart {
     };
     let all = |run: &Watched| run.candidates.iter().map(|count| *count as f32).collect();
     let groups = per_number(figures, |row| {
-        let mut curves = vec![("candidates".to_owned(), mean_curve(&row.runs, &all))];
+        let mut curves = vec![Curve::of("candidates".to_owned(), mean_curve(&row.runs, &all))];
         let robots = 0..row.robots;
-        curves.extend(robots.map(|n| (format!("robot {}", n + 1), mean_curve(&row.runs, &own(n)))));
+        curves.extend(robots.map(|n| Curve::of_robot(n, mean_curve(&row.runs, &own(n)))));
         curves
     });
     chart("Thesis, figure 3.15 again: frontier points", "Cells", figures.runs, groups)
@@ -153,22 +155,19 @@ fn flown(figures: &Figures) -> GrowthChart {
     };
     let groups = per_number(figures, |row| {
         let robots = 0..row.robots;
-        robots.map(|n| (format!("robot {}", n + 1), mean_curve(&row.runs, &own(n)))).collect()
+        robots.map(|n| Curve::of_robot(n, mean_curve(&row.runs, &own(n)))).collect()
     });
     chart("Thesis, figure 3.20 again: the way of each robot", "Way, m", figures.runs, groups)
 }
 
 /// Charts of the thesis' rule with one to three robots.
-fn per_number(
-    figures: &Figures,
-    curves: impl Fn(&WatchedRow) -> Vec<(String, Vec<f32>)>,
-) -> Vec<Growths> {
+fn per_number(figures: &Figures, curves: impl Fn(&WatchedRow) -> Vec<Curve>) -> Vec<Growths> {
     let rows = ROBOTS.iter().filter_map(|robots| of(figures, THESIS, *robots));
     rows.map(|row| Growths { label: named(row.robots), curves: curves(row) }).collect()
 }
 
 fn chart(title: &str, value_name: &str, runs: usize, groups: Vec<Growths>) -> GrowthChart {
-    let values = groups.iter().flat_map(|group| &group.curves).flat_map(|(_, curve)| curve);
+    let values = groups.iter().flat_map(|group| &group.curves).flat_map(|curve| &curve.values);
     let most = values.fold(1.0_f32, |most, value| most.max(*value));
     GrowthChart {
         title: title.to_owned(),
@@ -186,7 +185,7 @@ fn localised(figures: &Figures) -> GrowthChart {
     let groups = [(DRIFTS, "The thesis' rule"), (OURS_DRIFTS, "Our rule")].map(|(rule, label)| {
         let rows = ROBOTS.iter().filter_map(|robots| figures.row(rule, *robots));
         let known = |row| growth(row).into_iter().take(SHOWN_S).collect();
-        let curves = rows.map(|row| (named(row.robots), known(row))).collect();
+        let curves = rows.map(|row| Curve::of(named(row.robots), known(row))).collect();
         Growths { label: label.to_owned(), curves }
     });
     GrowthChart {
