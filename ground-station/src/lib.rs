@@ -16,6 +16,7 @@
 //! | [`order`], [`stopping`] | give orders, and repeat a stop until all drones have answered |
 //! | [`chain_view`], [`battery`], [`words`] | what is known of the drones, in words |
 //! | [`checklist`], [`advice`] | what must be so before a flight, and what to do next |
+//! | [`link_history`] | the links of the last minutes, for pages that are opened later |
 //! | [`status`] | the state of all that as JSON, for the pages |
 //! | [`map`] | the floor plan on which the pages show the chain |
 //! | [`range_survey`] | how far a link reaches, and which limits follow |
@@ -52,6 +53,7 @@ pub mod freshness;
 pub mod grade;
 pub mod inspection;
 pub mod link;
+pub mod link_history;
 pub mod listener;
 pub mod live_stream;
 pub mod map;

@@ -60,7 +60,12 @@ async fn write(mut socket: SplitSink<WebSocket, Message>, page: PageId, station:
     let mut status = station.status();
     let mut pings = interval(PING);
     pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let welcome = format!("{{\"page\":{},\"plan\":{}}}", page.0, station.plan());
+    let welcome = format!(
+        "{{\"page\":{},\"plan\":{},\"links\":{}}}",
+        page.0,
+        station.plan(),
+        station.links().json()
+    );
     let mut next = Message::Text(welcome.into());
     while let Ok(Ok(())) = timeout(WRITE, socket.send(next)).await {
         next = tokio::select! {

@@ -21,6 +21,7 @@ use crate::fleet::Fleet;
 use crate::flight_log::FlightLog;
 use crate::freshness::Echo;
 use crate::link::Link;
+use crate::link_history::LinkHistory;
 use crate::live_stream::LiveStream;
 use crate::message::{Event, Record};
 use crate::order::{Fate, Order, number};
@@ -105,6 +106,7 @@ pub struct Handle {
     requests: mpsc::Sender<FromPage>,
     status: watch::Receiver<Arc<str>>,
     stream: Arc<LiveStream>,
+    links: Arc<LinkHistory>,
     plan: Arc<str>,
 }
 
@@ -137,6 +139,12 @@ impl Handle {
         &self.stream
     }
 
+    /// The strengths of the drones' links over the last minutes.
+    #[must_use]
+    pub fn links(&self) -> &LinkHistory {
+        &self.links
+    }
+
     /// The floor plan as JSON; `null` where there is none.
     #[must_use]
     pub fn plan(&self) -> &str {
@@ -152,10 +160,12 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
     let (requests, received) = mpsc::channel(WAITING);
     let (publisher, status) = watch::channel(Arc::from("{}"));
     let stream = Arc::new(LiveStream::default());
+    let links = Arc::new(LinkHistory::default());
     let mut station = Station {
         link,
         recorder,
         stream: Arc::clone(&stream),
+        links: Arc::clone(&links),
         publisher,
         clock: Clock::begin(),
         began_at: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default(),
@@ -176,7 +186,7 @@ pub fn start(link: impl Link, setup: Setup) -> Handle {
         station.record(Instant::ZERO, Event::Map(plan));
     }
     tokio::spawn(station.run(received));
-    Handle { requests, status, stream, plan: plan_json.into() }
+    Handle { requests, status, stream, links, plan: plan_json.into() }
 }
 
 /// A request that was refused.
@@ -192,6 +202,7 @@ struct Station<L: Link> {
     link: L,
     recorder: Option<Recorder>,
     stream: Arc<LiveStream>,
+    links: Arc<LinkHistory>,
     publisher: watch::Sender<Arc<str>>,
     clock: Clock,
     /// The beginning as the time since 1970.
@@ -360,6 +371,13 @@ impl<L: Link> Station<L> {
         }
     }
 
+    /// Keeps the strength of a drone's link for pages that are opened later.
+    fn note_link(&self, node: NodeId, report: &DroneReport) {
+        if let (Some(drone), Some((_, rssi))) = (self.chain.drones.get(&node), report.back) {
+            self.links.note(node, drone.said, rssi);
+        }
+    }
+
     async fn send(&mut self, now: Instant) {
         let speech = match self.pages.steering(now) {
             Some(_) => Speech::Steered,
@@ -376,6 +394,7 @@ impl<L: Link> Station<L> {
                 News::Block(Block::Drone(node, report)) => {
                     if self.chain.hear(now, node, report) {
                         self.note_for_survey(node, &report);
+                        self.note_link(node, &report);
                         self.record(now, Event::Drone(node, report));
                     }
                 }

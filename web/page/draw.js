@@ -9,7 +9,7 @@ const colours = {};
 // The colours of the style sheet, which are those of a light or of a dark page.
 export function takeColours() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["rock", "floor", "wall", "centre", "ink", "paper", "head", "relay", "explorer", "unseen", "base", "down", "good", "weak", "bad", "plan"]) {
+  for (const name of ["rock", "floor", "wall", "centre", "ink", "paper", "head", "relay", "explorer", "unseen", "frontier", "base", "down", "good", "weak", "bad", "plan"]) {
     colours[name] = style.getPropertyValue(`--${name}`).trim();
   }
 }
@@ -32,7 +32,7 @@ export class View {
     this.floor = path(outlines, true);
     this.lines = path(centre_lines, false);
     this.trails = setting.nodes.map(() => []);
-    this.seen = setting.mission === "explore" ? new Seen([this.xs, this.ys]) : null;
+    this.map = setting.mission === "explore" ? new TeamMap() : null;
     this.whole();
     this.shape();
   }
@@ -84,6 +84,7 @@ export class View {
     if (frame) this.ways(g);
     if (plan) this.planned(g, plan);
     if (frame) {
+      this.goals(g, frame);
       this.links(g, frame);
       this.drones(g, frame);
     }
@@ -94,9 +95,9 @@ export class View {
     g.save();
     const [x, y] = this.pixel([0, 0]);
     g.transform(this.scale, 0, 0, -this.scale, x, y);
-    g.fillStyle = this.seen ? colours.unseen : colours.floor;
+    g.fillStyle = this.map ? colours.unseen : colours.floor;
     g.fill(this.floor, "evenodd");
-    this.seen?.draw(g, this.floor);
+    this.map?.draw(g);
     g.lineJoin = "round";
     g.lineWidth = 2 / this.scale;
     g.strokeStyle = colours.wall;
@@ -108,14 +109,14 @@ export class View {
     g.restore();
   }
 
-  // Keeps what the ways and the ground seen are drawn from, frame by frame.
+  // Keeps what the ways and the explorers' map are drawn from, frame by frame.
   note(frame) {
+    if (frame.map) this.map?.note(frame.map);
     frame.drones.forEach((drone, n) => {
       const trail = this.trails[n];
       const last = trail[trail.length - 1];
       if (!last || Math.hypot(last[0] - drone.x, last[1] - drone.y) > 0.15) trail.push([drone.x, drone.y]);
       if (trail.length > 4000) this.trails[n] = trail.filter((_, k) => k % 2 === 0);
-      if (drone.z > 0.1) this.seen?.note(drone);
     });
   }
 
@@ -148,6 +149,20 @@ export class View {
       g.setLineDash([]);
       if (Math.hypot(a[0] - b[0], a[1] - b[1]) > 78) label(g, `${Math.round(dbm)} dBm`.replace("-", "−"), (a[0] + b[0]) / 2, (a[1] + b[1]) / 2);
     }
+  }
+
+  // The goals of explorers on their way, by their own estimates.
+  goals(g, frame) {
+    frame.drones.forEach(({ x, y, goal }, n) => {
+      if (!goal) return;
+      const [at, end] = [[x, y], goal].map((place) => this.pixel(place));
+      const colour = colours[kindOf(n, this.setting.nodes[n].role)];
+      g.setLineDash([2, 4]);
+      stroke(g, at, end, colour, 1.25);
+      g.setLineDash([]);
+      stroke(g, [end[0] - 6, end[1]], [end[0] + 6, end[1]], colour, 2.5);
+      stroke(g, [end[0], end[1] - 6], [end[0], end[1] + 6], colour, 2.5);
+    });
   }
 
   // A mark that would cover another is drawn beside it, with a line to its place. The head comes first.
@@ -278,50 +293,38 @@ export class View {
   }
 }
 
-// The ground that explorers' beams have passed over, a pixel of a picture for each cell.
-class Seen {
-  static CELL = 0.1; // m, as in the explorers' own maps
-  static CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad: the VL53L1x sees a cone of ±13.5°
-  static CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing (`[explore] clear` of the agent)
-  static BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
-
-  constructor([xs, ys]) {
-    const most = 4000; // cells to a side
-    this.corner = [xs[0], ys[0]];
-    const size = ([a, b]) => Math.min(Math.max(Math.ceil((b - a) / Seen.CELL), 1), most);
-    this.canvas = new OffscreenCanvas(size(xs), size(ys));
-    this.context = this.canvas.getContext("2d");
-    this.colour = colours.floor;
-  }
-
-  note({ x, y, yaw, beams }) {
-    const { CELL } = Seen;
-    this.context.fillStyle = this.colour;
-    beams?.forEach((range, n) => {
-      if (range === null) return;
-      for (const off of Seen.CONE) {
-        const [along, up] = [Math.cos(yaw + Seen.BEAMS[n] + off), Math.sin(yaw + Seen.BEAMS[n] + off)];
-        for (let s = 0; s < (range < 0 ? Seen.CLEAR : range); s += CELL / 2) {
-          this.context.fillRect(Math.floor((x + s * along - this.corner[0]) / CELL), Math.floor((y + s * up - this.corner[1]) / CELL), 1, 1);
-        }
-      }
+// The map that explorers have drawn together, a pixel of a picture for each cell.
+class TeamMap {
+  note({ corner, side, columns, rows, cells, grounds }) {
+    if (!this.canvas) {
+      [this.corner, this.side] = [corner, side];
+      this.canvas = new OffscreenCanvas(columns, rows);
+      this.context = this.canvas.getContext("2d");
+      this.known = new Map();
+    }
+    cells.forEach((cell, n) => {
+      this.known.set(cell, grounds[n]);
+      this.paint(cell, grounds[n]);
     });
   }
 
-  draw(g, floor) {
-    const { width, height } = this.canvas;
-    if (this.colour !== colours.floor) {
+  paint(cell, ground) {
+    const { width } = this.canvas;
+    const at = [cell % width, Math.floor(cell / width), 1, 1];
+    this.context.fillStyle = { free: colours.floor, frontier: colours.frontier, wall: colours.wall }[ground];
+    if (ground === "unknown") this.context.clearRect(...at); else this.context.fillRect(...at);
+  }
+
+  draw(g) {
+    if (!this.canvas) return;
+    if (this.floor !== colours.floor) {
       // The page has become light or dark since.
-      this.colour = this.context.fillStyle = colours.floor;
-      this.context.globalCompositeOperation = "source-in";
-      this.context.fillRect(0, 0, width, height);
-      this.context.globalCompositeOperation = "source-over";
+      this.floor = colours.floor;
+      for (const [cell, ground] of this.known) this.paint(cell, ground);
     }
-    g.save();
-    g.clip(floor, "evenodd");
+    const { width, height } = this.canvas;
     g.imageSmoothingEnabled = false;
-    g.drawImage(this.canvas, this.corner[0], this.corner[1], width * Seen.CELL, height * Seen.CELL);
-    g.restore();
+    g.drawImage(this.canvas, this.corner[0], this.corner[1], width * this.side, height * this.side);
   }
 }
 

@@ -118,7 +118,7 @@ function controls() {
 
 const ABOUT = {
   chain: "A head flies into a cave; relays follow by themselves, so that its radio link to the base lasts.",
-  explore: "Explorers map a place together, each with its own map: dark ground has not been seen by any of them.",
+  explore: "Explorers map a place together, each with its own map: dark ground is known to none of them, and at the amber frontier they go on. A cross is where an explorer flies to.",
   swarm: "A swarm surveys an area in rows, gathers, and crosses a narrow passage.",
 };
 

@@ -33,7 +33,7 @@ const actions = {
     flight?.free();
     [flight, owedUs, isOver] = [next, 0, false];
     // With the first frame, so that the page never has the setting of one mission and the frame of another.
-    return { setting: JSON.parse(flight.setting()), frame: JSON.parse(flight.frame()) };
+    return { setting: JSON.parse(flight.setting()), frame: present() };
   },
   pace(value) {
     [pace, owedUs, last] = [value, 0, performance.now()];
@@ -63,9 +63,12 @@ const actions = {
   },
 };
 
+// The mission at this moment, with what has changed of the explorers' map since it was last told.
+const present = () => ({ ...JSON.parse(flight.frame()), map: JSON.parse(flight.map_changes()) });
+
 // Shows the mission as it is.
 function look() {
-  const frame = JSON.parse(flight.frame());
+  const frame = present();
   isOver = frame.over;
   tell("frame", frame);
   const now = performance.now();

@@ -44,6 +44,8 @@ pub struct Flight {
     trace: Trace,
     /// Whether an order or a loss came from the page.
     is_steered: bool,
+    /// The number of changes of the explorers' map that the page knows.
+    told_changes: usize,
 }
 
 #[wasm_bindgen]
@@ -64,7 +66,7 @@ impl Flight {
             watch: Watch::new(&ground.scenario, &ground.world, &ground.reference),
         });
         let trace = held.with_dependent(|_, flying| flying.mission.begin_trace(seed));
-        Ok(Self { held, recipe, trace, is_steered: false })
+        Ok(Self { held, recipe, trace, is_steered: false, told_changes: 0 })
     }
 
     /// What does not change during the mission, as JSON: the place, the members, the limits.
@@ -88,6 +90,7 @@ impl Flight {
                 mission.advance(until_us.min(round_ends_us) - mission.time_us());
                 if mission.time_us() == round_ends_us {
                     watch.look(mission);
+                    trace.team_map.look(mission);
                     trace.frames.push(mission.frame());
                     if mission.is_over() {
                         return false;
@@ -101,9 +104,15 @@ impl Flight {
     /// The mission at this moment, as JSON.
     #[must_use]
     pub fn frame(&self) -> String {
-        self.held.with_dependent(|ground, flying| {
-            look::frame(&ground.scenario, &flying.mission, has_ended(&flying.mission)).to_string()
+        self.held.with_dependent(|_, flying| {
+            look::frame(&flying.mission, has_ended(&flying.mission)).to_string()
         })
+    }
+
+    /// What explorers know of their area together, as JSON: what has changed since this was last asked.
+    pub fn map_changes(&mut self) -> String {
+        let known = std::mem::replace(&mut self.told_changes, self.trace.team_map.changes().len());
+        look::team_map(&self.trace, known).to_string()
     }
 
     /// The figures of the mission so far, as JSON.

@@ -4,7 +4,7 @@
 use serde_json::{Value, json};
 use sim_harness::measure::metrics::RunMetrics;
 use sim_harness::mission::Mission;
-use sim_harness::mission::trace::{DroneFrame, LinkFrame, Trace, order_words};
+use sim_harness::mission::trace::{DroneFrame, Ground, LinkFrame, Trace, order_words};
 use sim_harness::scenario::Scenario;
 use units::{MissionKind, Point2, Role};
 
@@ -85,17 +85,36 @@ fn link(link: Option<&LinkFrame>) -> Value {
     })
 }
 
-/// How far the four beams of an explorer see, negative where they meet nothing; nothing for others, whose
-/// beams are not drawn.
-fn beams(scenario: &Scenario, drone: &DroneFrame) -> Value {
-    if scenario.mission != MissionKind::Explore {
-        return Value::Null;
-    }
-    let told = |range: f32| if range == f32::INFINITY { json!(-1) } else { cm(range) };
-    drone.ranges.map(told).into_iter().collect()
+/// What explorers know of their area together: where the cells lie, and the cells that have changed since the first
+/// `known` changes, by their numbers, with what they are now. `null` where nothing is explored.
+#[must_use]
+pub fn team_map(trace: &Trace, known: usize) -> Value {
+    let map = &trace.team_map;
+    map.lattice().map_or(Value::Null, |lattice| {
+        let changes = map.changes().get(known..).unwrap_or_default();
+        let cells: Vec<usize> = changes.iter().map(|change| change.cell).collect();
+        let grounds: Vec<&str> = changes.iter().map(|change| ground(change.ground)).collect();
+        json!({
+            "corner": [lattice.corner.x, lattice.corner.y],
+            "side": lattice.side_m,
+            "columns": lattice.columns,
+            "rows": lattice.rows,
+            "cells": cells,
+            "grounds": grounds,
+        })
+    })
 }
 
-fn drone(scenario: &Scenario, mission: &Mission<'_>, number: usize, drone: &DroneFrame) -> Value {
+const fn ground(ground: Ground) -> &'static str {
+    match ground {
+        Ground::Unknown => "unknown",
+        Ground::Free => "free",
+        Ground::Frontier => "frontier",
+        Ground::Wall => "wall",
+    }
+}
+
+fn drone(mission: &Mission<'_>, number: usize, drone: &DroneFrame) -> Value {
     json!({
         "x": rounded(drone.pose.at.x, 1000.0),
         "y": rounded(drone.pose.at.y, 1000.0),
@@ -106,7 +125,7 @@ fn drone(scenario: &Scenario, mission: &Mission<'_>, number: usize, drone: &Dron
         "forward": cm(drone.commanded[0]),
         "battery_v": cm(drone.battery_v),
         "lost": mission.is_lost(number),
-        "beams": beams(scenario, drone),
+        "goal": drone.goal.map(|goal| json!([cm(goal.x), cm(goal.y)])),
         "front": link(drone.front.as_ref()),
         "back": link(drone.back.as_ref()),
     })
@@ -114,10 +133,10 @@ fn drone(scenario: &Scenario, mission: &Mission<'_>, number: usize, drone: &Dron
 
 /// A mission at this moment, and whether it has ended.
 #[must_use]
-pub fn frame(scenario: &Scenario, mission: &Mission<'_>, has_ended: bool) -> Value {
+pub fn frame(mission: &Mission<'_>, has_ended: bool) -> Value {
     let frame = mission.frame();
     let drones: Value =
-        frame.drones.iter().enumerate().map(|(n, it)| drone(scenario, mission, n, it)).collect();
+        frame.drones.iter().enumerate().map(|(n, it)| drone(mission, n, it)).collect();
     json!({
         "t": frame.time_us as f64 * 1e-6,
         "order": order_words(frame.order),

@@ -28,6 +28,19 @@ pub enum CellState {
     Occupied,
 }
 
+impl CellState {
+    /// What two maps of the same place say together: occupied where one says so, free where one says so and none
+    /// occupied.
+    #[must_use]
+    pub const fn or(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Occupied, _) | (_, Self::Occupied) => Self::Occupied,
+            (Self::Free, _) | (_, Self::Free) => Self::Free,
+            (Self::Unknown, Self::Unknown) => Self::Unknown,
+        }
+    }
+}
+
 /// What is at the end of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

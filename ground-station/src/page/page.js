@@ -9,6 +9,7 @@ let steers = false;
 
 line.onWelcome = (message) => {
   chainMap.plan = message.plan;
+  strips.begin(message.links);
   setText("map-kind", message.plan ? "Drones are drawn along the first gallery, as far as they have flown." : "No map was given: the line is the way flown.");
 };
 

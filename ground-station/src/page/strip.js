@@ -1,4 +1,4 @@
-// Draws the strength of each drone's link over the last minutes, as this page has seen it.
+// Draws the strength of each drone's link over the last minutes.
 "use strict";
 
 const strips = {
@@ -7,6 +7,11 @@ const strips = {
   HEIGHT: 44,
   // The strengths of the drones' links by number: [the station's time in s, dBm].
   seen: new Map(),
+
+  // Takes what the station has heard before this page had its line: [number, [[ms, dBm], ...]] of each drone.
+  begin(links) {
+    this.seen = new Map(links.map(([node, points]) => [node, points.map(([ms, dbm]) => [ms / 1000, dbm])]));
+  },
 
   // Keeps one strength a second, as drones say no more.
   note({ stamp, drones }) {

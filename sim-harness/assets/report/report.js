@@ -20,13 +20,13 @@
     x: whole(node.x, 1e-3), y: whole(node.y, 1e-3), z: whole(node.z, 1e-3),
     yaw: whole(node.yaw, 1e-3), way: whole(node.way, 1e-3),
     battery: whole(node.battery, 1e-3),
-    state: whole(node.state, 1), ...beams(node.ranges.map((r) => whole(r, 1e-3))),
+    state: whole(node.state, 1), ranges: node.ranges.map((beam) => met(whole(beam, 1e-3))),
+    goalX: whole(node.goalX, 1e-3), goalY: whole(node.goalY, 1e-3),
     front: link(node.front), back: link(node.back),
   }));
   // A beam that saw nothing is told as a negative range.
-  function beams(told) {
-    const isClear = (range) => range !== null && range < 0;
-    return { ranges: told.map((beam) => beam.map((range) => (isClear(range) ? null : range))), clear: told.map((beam) => beam.map(isClear)) };
+  function met(beam) {
+    return beam.map((range) => (range < 0 ? null : range));
   }
   function link(l) {
     return { peer: whole(l.peer, 1), raw: whole(l.raw, 0.1), filtered: whole(l.filtered, 0.1), truth: whole(l.truth, 0.1) };
@@ -122,7 +122,7 @@
   const world = bounds();
   let view = { ...world };
   map.style.aspectRatio = `${world.width} / ${world.height}`;
-  const layers = Object.fromEntries(["plan", "seen", "trails", "beams", "links", "bodies", "names", "scale"].map((name) => [name, make(map, "g")]));
+  const layers = Object.fromEntries(["plan", "seen", "trails", "goals", "beams", "links", "bodies", "names", "scale"].map((name) => [name, make(map, "g")]));
   for (const outline of data.outlines) {
     const points = outline.points.map(([x, y]) => `${x},${-y}`).join(" ");
     make(layers.plan, "polygon", { points, class: outline.free ? "floor" : "floor pillar" });
@@ -144,6 +144,8 @@
       trail: make(layers.trails, "polyline", { class: "trail", style: `stroke:${node.colour}` }),
       beams: node.ranges.map(() => make(layers.beams, "line", { class: "beam" })),
       link: make(layers.links, "line", { class: "link" }),
+      course: make(layers.goals, "line", { class: "course", style: `stroke:${node.colour}` }),
+      goal: make(layers.goals, "path", { class: "goal", d: "M-6 0H6M0-6V6", style: `stroke:${node.colour}` }),
     };
   });
   const scaleBar = make(layers.scale, "path", { class: "scale" });
@@ -192,56 +194,34 @@
 
   // NW, NE, SW, SE of a nose that points north, counter-clockwise from it.
   const BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
-  // ---- what explorers have seen: each beam's cells, from when on
-  const seenCells = [];
-  if (data.mission === "explore") {
-    const CELL = 0.1; // m, as in the explorers' own maps
-    // A ranger sees a cone, and the nearest surface in it: as far as that, all of the cone is free.
-    const CONE = [-4, -3, -2, -1, 0, 1, 2, 3, 4].map((part) => 0.059 * part); // rad: the VL53L1x sees ±13.5°
-    const CLEAR = 1.2; // m: so far drones take all for free where a beam saw nothing (`[explore] clear` of the agent)
-    const SHORT = 0.15; // m: what is so near before a surface is not told from it; our own number, as the next one
-    const CLEARS = 3; // looks through a cell after which there is no wall
-    const SIDE = 10_000, cells = new Map();
-    const cell = (x, y) => {
-      const key = (Math.floor(x / CELL) + SIDE / 2) * SIDE + Math.floor(y / CELL) + SIDE / 2;
-      let known = cells.get(key);
-      if (!known) cells.set(key, known = { x: Math.floor(x / CELL), y: Math.floor(y / CELL), i: null, wall: null, looks: 0, clear: null, at: -1 });
-      return known;
-    };
-    for (let i = 0; i <= last; i++) {
-      for (const node of nodes) node.ranges.forEach((range, beam) => {
-        const reach = node.clear[beam][i] ? CLEAR : range[i];
-        if (reach === null || node.z[i] < AIRBORNE) return;
-        const middle = node.yaw[i] + BEAMS[beam];
-        for (const off of CONE) {
-          for (let s = 0; s < reach - CELL / 2; s += CELL / 2) {
-            const known = cell(node.x[i] + s * Math.cos(middle + off), node.y[i] + s * Math.sin(middle + off));
-            known.i ??= i;
-            if (s > reach - SHORT || known.at === i) continue;
-            known.at = i;
-            if (++known.looks === CLEARS) known.clear = i;
-          }
-        }
-        if (range[i] === null) return;
-        const known = cell(node.x[i] + range[i] * Math.cos(middle), node.y[i] + range[i] * Math.sin(middle));
-        known.i ??= i;
-        known.wall ??= i;
-      });
+  // ---- the map that explorers have drawn together: a square for each cell of which they ever know something
+  const CELL_CLASS = { u: "", f: "seen", e: "frontier", w: "wall-seen" };
+  const squares = new Map(), changes = [];
+  let drawn = 0; // the number of changes that the map shows
+  if (data.map) {
+    const { corner, side, columns, moments } = data.map;
+    for (const [ms, cells, grounds] of moments) {
+      whole(cells, 1).forEach((cell, n) => changes.push({ t: ms / 1000, cell, ground: grounds[n] }));
     }
-    for (const { x, y, i, wall, clear } of cells.values()) {
-      const rect = make(layers.seen, "rect", { class: "seen", x: x * CELL, y: -(y + 1) * CELL, width: CELL, height: CELL, display: "none" });
-      seenCells.push({ rect, i, wall, clear, state: 0 });
+    for (const { cell } of changes) {
+      if (squares.has(cell)) continue;
+      const [x, y] = [corner[0] + (cell % columns) * side, corner[1] + (Math.floor(cell / columns) + 1) * side];
+      squares.set(cell, make(layers.seen, "rect", { x, y: -y, width: side, height: side, display: "none" }));
     }
-    $("seen-legend").hidden = seenCells.length === 0;
   }
+  $("seen-legend").hidden = changes.length === 0;
   function showSeen() {
-    for (const cell of seenCells) {
-      const isClear = cell.clear !== null && cell.clear <= now;
-      const state = !isClear && cell.wall !== null && cell.wall <= now ? 2 : cell.i <= now ? 1 : 0;
-      if (state === cell.state) continue;
-      cell.state = state;
-      if (state) cell.rect.removeAttribute("display"); else cell.rect.setAttribute("display", "none");
-      cell.rect.setAttribute("class", state === 2 ? "wall-seen" : "seen");
+    const t = times[now] + 1e-9;
+    const changed = new Map();
+    if (drawn > 0 && changes[drawn - 1].t > t) {
+      drawn = 0;
+      for (const cell of squares.keys()) changed.set(cell, "u");
+    }
+    while (drawn < changes.length && changes[drawn].t <= t) changed.set(changes[drawn].cell, changes[drawn++].ground);
+    for (const [cell, ground] of changed) {
+      const square = squares.get(cell);
+      if (square.getAttribute("class") !== CELL_CLASS[ground]) square.setAttribute("class", CELL_CLASS[ground]);
+      if (ground === "u") square.setAttribute("display", "none"); else square.removeAttribute("display");
     }
   }
 
@@ -283,6 +263,15 @@
     [mark.lead.textContent, mark.doing.textContent] = way;
     mark.name.setAttribute("transform", `translate(${box.centre} ${y + way[2] * unit}) scale(${unit})`);
   }
+  // The goal of an explorer on its way, by its own estimate, and the line to it.
+  function drawGoal(mark, node, [x, y], unit) {
+    const [goalX, goalY] = [node.goalX[now], node.goalY[now]];
+    mark.course.style.display = mark.goal.style.display = goalX === null ? "none" : "";
+    if (goalX === null) return;
+    mark.course.setAttribute("x1", x); mark.course.setAttribute("y1", y);
+    mark.course.setAttribute("x2", goalX); mark.course.setAttribute("y2", -goalY);
+    mark.goal.setAttribute("transform", `translate(${goalX} ${-goalY}) scale(${unit})`);
+  }
   function render() {
     const unit = metresPerPixel();
     const taken = [];
@@ -306,6 +295,7 @@
         line.setAttribute("x1", x); line.setAttribute("y1", y);
         line.setAttribute("x2", x + range * Math.cos(angle)); line.setAttribute("y2", y - range * Math.sin(angle));
       });
+      drawGoal(mark, node, [x, y], unit);
       const link = towardsHead(index, now);
       mark.link.style.display = link ? "" : "none";
       if (link) {

@@ -1,6 +1,6 @@
 //! The members of a mission: where each starts, its body, and its on-board code.
 
-use agent::{Fitness, Outputs, State};
+use agent::{Exploration, Fitness, Outputs, State};
 use flight::Cause;
 use onboard::Sensed;
 use random::{Purpose, Stream};
@@ -68,6 +68,14 @@ impl Onboard {
         match self {
             Self::Hosted(_) => None,
             Self::Emulated(emulated) => Some(emulated),
+        }
+    }
+
+    /// The map of a drone that explores.
+    pub(super) fn exploration(&self) -> Option<&Exploration> {
+        match self {
+            Self::Hosted(hosted) => hosted.exploration(),
+            Self::Emulated(emulated) => emulated.exploration(),
         }
     }
 

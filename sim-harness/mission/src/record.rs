@@ -1,8 +1,10 @@
 //! The record of a mission.
 
+use agent::Exploration;
 use tunnel_nav::Range;
 use units::{NodeId, Setpoint};
 
+use super::team_map::TeamMap;
 use super::{Mission, World};
 use crate::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 use scenario::Scenario;
@@ -15,6 +17,7 @@ impl<'a> Mission<'a> {
         let mut trace = mission.begin_trace(seed);
         while !mission.is_over() {
             mission.round();
+            trace.team_map.look(&mission);
             trace.frames.push(mission.frame());
         }
         trace
@@ -35,6 +38,7 @@ impl<'a> Mission<'a> {
                 .map(|(n, member)| Node { id: NodeId(n as u8), role: member.role })
                 .collect(),
             launch_limit: self.scenario.agent.launch.limit,
+            team_map: TeamMap::default(),
             frames: Vec::new(),
         }
     }
@@ -74,6 +78,7 @@ impl<'a> Mission<'a> {
             yaw_rate,
             ranges: [beams.nw, beams.ne, beams.sw, beams.se].map(metres),
             state: member.state(),
+            goal: member.onboard.exploration().and_then(Exploration::goal),
             battery_v: body.craft().map_or(f32::NAN, |craft| craft.battery().volts()),
             front: link(status.and_then(|status| status.front)),
             back: link(status.and_then(|status| status.back)),

@@ -3,8 +3,10 @@
 use std::fmt;
 
 use agent::State;
-use units::{Branch, Course, Dbm, MissionKind, NodeId, Order, Pose2, Role};
+use units::{Branch, Course, Dbm, MissionKind, NodeId, Order, Point2, Pose2, Role};
 use world::{FloorPlan, SkeletonPlace};
+
+pub use crate::team_map::{Change, Ground, Lattice, TeamMap};
 
 /// A whole mission.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +23,8 @@ pub struct Trace {
     pub nodes: Vec<Node>,
     /// The launch limit: when a link is weaker, the next relay takes off.
     pub launch_limit: Dbm,
+    /// What the drones of an exploration know of their area together, as it grows.
+    pub team_map: TeamMap,
     /// The frames, in order of time, one per 0.2 s.
     pub frames: Vec<Frame>,
 }
@@ -87,6 +91,8 @@ pub struct DroneFrame {
     pub ranges: [f32; 4],
     /// The state of its agent.
     pub state: State,
+    /// Where a drone that explores is flying to, by its own estimate.
+    pub goal: Option<Point2>,
     /// The voltage of its battery; NaN for the base, and for points, which have none.
     pub battery_v: f32,
     /// The drone's link towards the head, while it has one.
@@ -202,6 +208,7 @@ mod tests {
             floor_plan: FloorPlan::default(),
             nodes: Vec::new(),
             launch_limit: Dbm(-68.0),
+            team_map: TeamMap::default(),
             frames: Vec::new(),
         };
         let nodes = [(0, Role::Head), (1, Role::Relay), (2, Role::Base)];

@@ -9,7 +9,7 @@ use world::SkeletonPlace;
 use super::Mission;
 use super::ideal::IdealLink;
 use super::log::RadioMetrics;
-use super::member::{Member, Onboard};
+use super::member::Member;
 use super::parts::Part;
 use super::seal::Cipher;
 use super::track::Linked;
@@ -100,10 +100,7 @@ impl Mission<'_> {
 
     /// The maps of the drones that explore.
     pub fn explorations(&self) -> impl Iterator<Item = &Exploration> {
-        self.members.iter().filter_map(|member| match &member.onboard {
-            Onboard::Hosted(hosted) => hosted.exploration(),
-            Onboard::Emulated(emulated) => emulated.exploration(),
-        })
+        self.members.iter().filter_map(|member| member.onboard.exploration())
     }
 
     /// How many members there are, base included.

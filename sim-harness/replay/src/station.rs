@@ -19,7 +19,7 @@ use units::{Branch, Course, Dbm, MetresPerSecond, MissionKind, NodeId, Order, Po
 use world::{CentreLine, FloorPlan, SkeletonPlace};
 
 use messages::{Heard, Message};
-use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Thinning, Trace};
+use mission::trace::{DroneFrame, Frame, LinkFrame, Node, TeamMap, Thinning, Trace};
 use recordings::formats;
 use station_log::{ChainLine, DroneReport, GivenOrder, Limits};
 
@@ -83,6 +83,7 @@ fn record_of(name: String, heard: &[Heard]) -> StationRecord {
         floor_plan,
         nodes,
         launch_limit: Dbm(limits.map_or(f32::NEG_INFINITY, |limits| limits.launch_limit_dbm)),
+        team_map: TeamMap::default(),
         frames: Vec::new(),
     };
     let mut thinning = Thinning::default();
@@ -203,6 +204,7 @@ fn drone(said: Option<&(u64, DroneReport)>, now: u64, way: f32, pose: Pose2) -> 
         yaw_rate: f32::NAN,
         ranges: [f32::NAN; 4],
         state: said.map_or(agent::State::Idle, |(_, report)| state::of_code(report.state_code)),
+        goal: None,
         battery_v: said.and_then(|(_, report)| report.battery_v).unwrap_or(f32::NAN),
         front: None,
         back: back.map(|(peer, rssi)| LinkFrame {

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 
 use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 
-const HEADER: [&str; 26] = [
+const HEADER: [&str; 28] = [
     "time_s",
     "node",
     "role",
@@ -35,6 +35,8 @@ const HEADER: [&str; 26] = [
     "back_raw_dbm",
     "back_filtered_dbm",
     "back_true_dbm",
+    "goal_x_m",
+    "goal_y_m",
 ];
 
 /// Writes the whole mission, frame by frame, head first, base last.
@@ -92,6 +94,7 @@ fn row(time: &str, node: &Node, drone: &DroneFrame, trace: &Trace) -> Vec<String
     row.extend(drone.ranges.map(|metres| number(metres, 3)));
     row.extend(link(drone.front.as_ref()));
     row.extend(link(drone.back.as_ref()));
+    row.extend(drone.goal.map_or_else(Default::default, |goal| [goal.x, goal.y].map(|metres| number(metres, 4))));
     row
 }
 

@@ -7,7 +7,7 @@ use units::{
 };
 use world::{CentreLine, FloorPlan, SkeletonPlace};
 
-use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
+use mission::trace::{DroneFrame, Frame, LinkFrame, Node, TeamMap, Trace};
 
 const CORNERS: [Point2; 4] =
     [Point2::new(0.0, 0.0), Point2::new(12.0, 0.0), Point2::new(12.0, 9.0), Point2::new(27.0, 9.0)];
@@ -25,6 +25,7 @@ pub(crate) fn mission() -> Trace {
         floor_plan: floor_plan(),
         nodes: (0..=BASE).map(node).collect(),
         launch_limit: Dbm(-70.0),
+        team_map: TeamMap::default(),
         frames,
     }
 }
@@ -115,6 +116,7 @@ fn drone(k: usize, t: f32, places: &[f32], flying: &[usize], noise: &mut Noise) 
         yaw_rate: 0.0,
         ranges: if up { [1.5, 1.6, f32::INFINITY, 1.4] } else { [f32::NAN; 4] },
         state: state(k, t, up),
+        goal: None,
         battery_v: if k == BASE { f32::NAN } else { 4.1 - 0.002 * t },
         front: if k == 0 || (k == 2 && lost(t)) { None } else { link(peer(-1)) },
         back: if k == BASE { None } else { link(peer(1)) },

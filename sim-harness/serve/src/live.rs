@@ -181,6 +181,7 @@ impl Live<'_> {
         {
             self.unwritten.get_or_insert(error);
         }
+        self.trace.team_map.look(&self.mission);
         self.thinning.add(&mut self.trace.frames, frame);
     }
 

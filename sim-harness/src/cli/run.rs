@@ -307,6 +307,7 @@ fn fly(
     while !mission.is_over() {
         mission.round();
         watch.look(&mission);
+        trace.team_map.look(&mission);
         let frame = mission.frame();
         if let Some((folder, files)) = folder.zip(files.as_mut()) {
             files.frame(folder, &trace, &frame)?;

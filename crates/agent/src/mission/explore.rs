@@ -95,6 +95,12 @@ impl Exploration {
         self.0.ground().state(cell)
     }
 
+    /// Where the drone is flying to, by its own estimate, while it is on its way to a goal.
+    #[must_use]
+    pub fn goal(&self) -> Option<Point2> {
+        self.0.goal()
+    }
+
     /// Begins the mission of a drone; says whether the area fits the memory.
     fn begin(&mut self, id: NodeId, config: &ExploreConfig, by_fixes: bool) -> bool {
         let Ok(frame) = config.frame() else { return false };

@@ -7,7 +7,7 @@ use world::{FloorPlan, SkeletonPlace};
 
 use super::sheet::{Picture, headed};
 use super::{PictureError, map};
-use mission::trace::{DroneFrame, Frame, Node, Trace};
+use mission::trace::{DroneFrame, Frame, Node, TeamMap, Trace};
 
 /// A planned chain, for its picture.
 pub struct PlanPicture<'a> {
@@ -52,6 +52,7 @@ fn standing(plan: &PlanPicture<'_>) -> Trace {
         yaw_rate: 0.0,
         ranges: [f32::NAN; 4],
         state: State::Idle,
+        goal: None,
         battery_v: f32::NAN,
         front: None,
         back: None,
@@ -64,6 +65,7 @@ fn standing(plan: &PlanPicture<'_>) -> Trace {
         floor_plan: plan.plan.clone(),
         nodes: (0..plan.places.len()).map(node).collect(),
         launch_limit: Dbm(0.0),
+        team_map: TeamMap::default(),
         frames: vec![Frame { time_us: 0, order: Order::Wait, drones }],
     }
 }

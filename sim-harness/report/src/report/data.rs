@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use units::Point2;
 
 use crate::pictures::{GROUND_LOSS, PlotFrame, launch_limit, nested, node_rgb, state_name};
-use mission::trace::{DroneFrame, LinkFrame, Trace, order_words};
+use mission::trace::{Change, DroneFrame, Ground, LinkFrame, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element. A node's columns are text before those of the
 /// next are made: as values, all of them together would take twenty times the memory.
@@ -37,6 +37,7 @@ pub(super) fn json(
         ("nodes", format!("[{}]", nodes.join(","))),
         ("states", json!(states).to_string()),
         ("orders", json!(orders(trace)).to_string()),
+        ("map", team_map(trace).to_string()),
         ("frames", json!({ "positions": frames(positions), "links": frames(links) }).to_string()),
     ];
     let entries = entries.map(|(name, value)| format!("\"{name}\":{value}"));
@@ -54,6 +55,32 @@ fn orders(trace: &Trace) -> Vec<Value> {
         }
     }
     orders
+}
+
+/// What the drones of an exploration know together: where the cells lie, and for each moment at which some have
+/// changed its time in ms, the cells by their numbers, as differences, and what each of them is from then on, a letter
+/// each. `null` in other missions.
+fn team_map(trace: &Trace) -> Value {
+    let map = &trace.team_map;
+    let Some(lattice) = map.lattice() else { return Value::Null };
+    let letter = |change: &Change| match change.ground {
+        Ground::Unknown => 'u',
+        Ground::Free => 'f',
+        Ground::Frontier => 'e',
+        Ground::Wall => 'w',
+    };
+    let moment = |changes: &[Change]| {
+        let cells = column(changes.iter().map(|change| i64::try_from(change.cell).ok()));
+        let grounds: String = changes.iter().map(letter).collect();
+        json!([changes.first().map(|change| change.time_us / 1000), cells, grounds])
+    };
+    let moments = map.changes().chunk_by(|one, next| one.time_us == next.time_us).map(moment);
+    json!({
+        "corner": points(&[lattice.corner])[0],
+        "side": lattice.side_m,
+        "columns": lattice.columns,
+        "moments": moments.collect::<Vec<_>>(),
+    })
 }
 
 fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
@@ -76,6 +103,8 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
         "y": metres(&|drone| drone.pose.at.y),
         "z": metres(&|drone| drone.height),
         "yaw": metres(&|drone| drone.pose.yaw.0),
+        "goalX": metres(&|drone| drone.goal.map_or(f32::NAN, |goal| goal.x)),
+        "goalY": metres(&|drone| drone.goal.map_or(f32::NAN, |goal| goal.y)),
         "way": metres(&|drone| drone.way),
         "battery": metres(&|drone| drone.battery_v),
         "state": state,
