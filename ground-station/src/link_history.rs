@@ -56,9 +56,16 @@ mod tests {
     fn five_minutes_of_each_link_are_kept() {
         let history = LinkHistory::default();
         for second in [0, 1, 2, 301] {
-            history.note(NodeId(2), Instant::from_millis(1_000 * second), Dbm(-60.0 - second as f32));
+            history.note(
+                NodeId(2),
+                Instant::from_millis(1_000 * second),
+                Dbm(-60.0 - second as f32),
+            );
         }
         history.note(NodeId(1), Instant::from_millis(4_000), Dbm(-50.5));
-        assert_eq!(history.json(), "[[1,[[4000,-50.5]]],[2,[[1000,-61.0],[2000,-62.0],[301000,-361.0]]]]");
+        assert_eq!(
+            history.json(),
+            "[[1,[[4000,-50.5]]],[2,[[1000,-61.0],[2000,-62.0],[301000,-361.0]]]]"
+        );
     }
 }

@@ -197,6 +197,12 @@ impl Flight {
 }
 
 impl Flight {
+    /// The record so far.
+    #[must_use]
+    pub const fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
     /// Flies to the end of the round, where orders and losses are taken.
     fn end_round(&mut self) {
         let past_us = self.held.with_dependent(|_, flying| flying.mission.time_us() % ROUND_US);

@@ -50,6 +50,7 @@ async fn a_mission_by_keyboard_in_chromium() {
         .await;
     let curve = "document.querySelector('#drones li[data-node=\"0\"] .strip .strength') !== null";
     browser.wait_for(curve).await;
+    the_curves_of_a_page_that_is_opened_later_begin_as_early(&mut browser, &station).await;
     browser.press("r").await;
     chain.wait_for("order to return", |event| *event == Event::Ordered(Order::Return)).await;
     browser.press("Escape").await;
@@ -60,6 +61,19 @@ async fn a_mission_by_keyboard_in_chromium() {
     browser
         .wait_for("document.getElementById('flight').innerText.startsWith('The flight lasted ')")
         .await;
+}
+
+/// The station has kept what it heard of the links before there was the second page.
+async fn the_curves_of_a_page_that_is_opened_later_begin_as_early(
+    first: &mut Browser,
+    station: &StationProcess,
+) {
+    let begin = "strips.seen.get(0)[0][0]";
+    first.wait_for(&format!("strips.seen.get(0).at(-1)[0] > {begin} + 3")).await;
+    let began = first.evaluate(begin).await.as_f64().unwrap();
+    let mut later = open("later", station).await;
+    let begins = later.evaluate(begin).await.as_f64().unwrap();
+    assert!((begins - began).abs() < 1.5, "{begins} s, not {began} s");
 }
 
 /// Whether the page lists that this has happened.

@@ -71,10 +71,10 @@ impl TeamMap {
         &self.changes
     }
 
-    /// Looks at the maps of a mission under way, when a second has passed since the last look.
+    /// Looks at the maps of a mission, when a second has passed since the last look or the mission is over.
     pub fn look(&mut self, mission: &Mission<'_>) {
         let now_us = mission.time_us();
-        if now_us < self.next_us {
+        if now_us < self.next_us && !mission.is_over() {
             return;
         }
         self.next_us = now_us + LOOK_US;
@@ -104,7 +104,8 @@ impl TeamMap {
 
 /// What the drones know of each cell together.
 fn grounds(frame: &Frame, maps: &[&Exploration]) -> Vec<Ground> {
-    let known = |cell| maps.iter().map(|map| map.state(cell)).fold(CellState::Unknown, CellState::or);
+    let known =
+        |cell| maps.iter().map(|map| map.state(cell)).fold(CellState::Unknown, CellState::or);
     let states: Vec<CellState> = frame.cells().map(known).collect();
     let is_unknown = |cell: Cell| states.get(frame.number(cell)) == Some(&CellState::Unknown);
     let ground = |(cell, state): (Cell, &CellState)| match state {

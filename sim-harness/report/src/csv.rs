@@ -94,7 +94,11 @@ fn row(time: &str, node: &Node, drone: &DroneFrame, trace: &Trace) -> Vec<String
     row.extend(drone.ranges.map(|metres| number(metres, 3)));
     row.extend(link(drone.front.as_ref()));
     row.extend(link(drone.back.as_ref()));
-    row.extend(drone.goal.map_or_else(Default::default, |goal| [goal.x, goal.y].map(|metres| number(metres, 4))));
+    row.extend(
+        drone
+            .goal
+            .map_or_else(Default::default, |goal| [goal.x, goal.y].map(|metres| number(metres, 4))),
+    );
     row
 }
 
@@ -168,13 +172,14 @@ mod tests {
             ranges: [f32::INFINITY, f32::NAN, 1.2341, 0.5],
             state: agent::State::Idle,
             battery_v: f32::NAN,
+            goal: Some(Point2::new(2.0, -1.25)),
             front: None,
             back: None,
         };
         let text = written(&trace);
         let row = text.lines().nth(1).unwrap();
         let expected = "1.200001,0,head,idle,1.0000,0.0000,0.5000,0.2500,main,3.0000,2.5000,0.2000,\
-                        -0.1000,0.0000,inf,,1.234,0.500,,,,,,,,";
+                        -0.1000,0.0000,inf,,1.234,0.500,,,,,,,,,2.0000,-1.2500";
         assert_eq!(row, expected);
     }
 }

@@ -85,6 +85,7 @@ fn groups(figures: &Figures, of: impl Fn(&Cell) -> Vec<f32>) -> Vec<RunGroup> {
         .map(|Place { scenario, name, .. }| RunGroup {
             label: (*name).into(),
             series: series(scenario),
+            told: None,
         })
         .collect()
 }

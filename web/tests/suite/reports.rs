@@ -2,9 +2,7 @@
 //! covered or pale, narrow and wide, light and dark.
 
 use serde_json::{Value, json};
-use sim_harness::mission::Mission;
 use sim_harness::report::report;
-use uchain_web::recipe::Recipe;
 use uchain_web::{Dropped, Flight};
 
 use crate::browser::Browser;
@@ -25,13 +23,9 @@ const NAMES_IN_THE_WAY: &str = r##"(() => {
 
 /// The report of a mission as the command writes it.
 fn report_of(recipe: &Value) -> String {
-    let read = Recipe::read(&recipe.to_string()).unwrap();
-    let files = Dropped::new();
-    let scenario = read.scenario(files.memory()).unwrap();
-    let trace = Mission::record(&scenario, &scenario.world(), read.seed());
-    let mut flight = Flight::new(&recipe.to_string(), &files).unwrap();
+    let mut flight = Flight::new(&recipe.to_string(), &Dropped::new()).unwrap();
     while flight.advance(1_000_000) {}
-    report::html(&trace, &flight.summary().parse().unwrap()).unwrap()
+    report::html(flight.trace(), &flight.summary().parse().unwrap()).unwrap()
 }
 
 async fn looks_right(browser: &mut Browser, name: &str) {
@@ -67,6 +61,37 @@ async fn reports_are_readable_narrow_and_wide_light_and_dark_in_chromium() {
         browser.wait_for("document.querySelectorAll('#events button').length > 2").await;
         looks_right(&mut browser, name).await;
     }
+}
+
+/// The map grows while the mission is played, is what it was when the mission is played back, and has frontiers until
+/// all is known.
+#[tokio::test]
+async fn the_map_that_explorers_draw_grows_in_chromium() {
+    let folder = folder("report-map");
+    let file = folder.join("report.html");
+    std::fs::write(&file, report_of(&json!({ "scenario": "explore-room", "seed": 1 }))).unwrap();
+    let url = format!("file://{}#t=10", file.display());
+    let mut browser = Browser::open(&folder.join("profile"), &url).await;
+    let count = |class: &str| {
+        format!("document.querySelectorAll('#map rect.{class}:not([display])').length")
+    };
+    browser.wait_for(&format!("{} > 0", count("seen"))).await;
+    let early = browser.evaluate(&count("seen")).await.as_u64().unwrap();
+    let frontiers = browser.evaluate(&count("frontier")).await;
+    let goals = "[...document.querySelectorAll('#map .goal')].some((it) => it.style.display !== 'none')";
+    assert_eq!(browser.evaluate(goals).await, json!(true));
+    let go = |at: &str| {
+        format!("(() => {{ const time = document.getElementById('time'); time.value = {at}; \
+                 time.dispatchEvent(new Event('input')); return true; }})()")
+    };
+    browser.evaluate(&go("time.max")).await;
+    let late = browser.evaluate(&count("seen")).await.as_u64().unwrap();
+    assert!(late > 2 * early && early > 50, "{early} cells at first, {late} at the end");
+    let at_end = browser.evaluate(&count("frontier")).await.as_u64().unwrap();
+    assert!(at_end < frontiers.as_u64().unwrap(), "{frontiers} frontiers at first, {at_end} at the end");
+    browser.evaluate(&go("50")).await;
+    assert_eq!(browser.evaluate(&count("seen")).await, json!(early));
+    assert_eq!(browser.evaluate(&count("frontier")).await, frontiers);
 }
 
 /// A relay that was killed says no more, so that nothing shows a link of it.

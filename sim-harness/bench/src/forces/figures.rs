@@ -121,6 +121,33 @@ impl Reading {
         ratio.unwrap_or(f32::INFINITY)
     }
 
+    /// The rounds that the survey of each flight took; infinite where the swarm got stuck.
+    #[must_use]
+    pub fn survey_rounds(&self, drones: u16) -> Vec<f32> {
+        self.of(Place::A, drones, |flown| flown.rounds(Phase::Survey))
+    }
+
+    /// The links that were lost in the survey of each flight that ended.
+    #[must_use]
+    pub fn survey_links_lost(&self, drones: u16) -> Vec<f32> {
+        let lost = |flown: &Flown| {
+            let legs = flown.legs(Phase::Survey).flatten().filter(|leg| leg.rounds.is_some());
+            legs.map(|leg| f64::from(leg.links_lost)).collect()
+        };
+        self.of(Place::A, drones, lost)
+    }
+
+    /// The ratios of a phase to its ideal in each flight, as in figures 12 and 14; infinite where the swarm got stuck.
+    #[must_use]
+    pub fn leg_ratios(&self, phase: Phase, place: Place, drones: u16) -> Vec<f32> {
+        self.of(place, drones, |flown| flown.ratios(phase))
+    }
+
+    fn of(&self, place: Place, drones: u16, values: impl Fn(&Flown) -> Vec<f64>) -> Vec<f32> {
+        let values = self.flown(place, drones).map(values).unwrap_or_default();
+        values.into_iter().map(|value| value as f32).collect()
+    }
+
     /// The reading as JSON.
     #[must_use]
     pub fn json(&self) -> Value {

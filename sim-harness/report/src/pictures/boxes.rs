@@ -9,8 +9,11 @@
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::{Color, RGBColor};
 
+use input::counted;
+
 use super::PictureError;
 use super::axes::{filled, stroke};
+use super::dashes;
 use super::sheet::{
     Area, Drawn, Fault, Look, Picture, headed, part, px, size_of, text_width, write,
 };
@@ -39,6 +42,9 @@ pub struct RunGroup {
     pub label: String,
     /// The variants, in the order in which they are drawn; the same in every group.
     pub series: Vec<RunValues>,
+    /// The mean that a paper gives for this group, drawn as a dashed line across it; then the means of the series
+    /// are drawn too.
+    pub told: Option<f32>,
 }
 
 /// What was measured in the runs of one variant.
@@ -56,9 +62,25 @@ pub(super) fn picture(chart: &BoxChart) -> Result<Picture, PictureError> {
     let boxes: usize = chart.groups.iter().map(|group| group.series.len()).sum();
     let width = (boxes as f64 * 64.0 + 200.0).clamp(520.0, 1200.0);
     Picture::draw((width, 420.0), &chart.title, |sheet| {
-        let body = headed(sheet, &chart.title, "Box: quartiles; whiskers: within 1.5 boxes of it")?;
+        let body = headed(sheet, &chart.title, &legend(chart))?;
         panel(&body, chart, "")
     })
+}
+
+/// What the marks mean, and how many runs a box stands for.
+fn legend(chart: &BoxChart) -> String {
+    let counts = || chart.groups.iter().flat_map(|group| &group.series).map(|it| it.values.len());
+    let runs = match (counts().min(), counts().max()) {
+        (Some(least), Some(most)) if least == most => format!("{} each", counted(most, "run")),
+        (Some(least), Some(most)) => format!("{least} to {most} runs each"),
+        _ => "no runs".to_owned(),
+    };
+    let told = if chart.groups.iter().any(|group| group.told.is_some()) {
+        "; white: mean; dashed: the paper's mean"
+    } else {
+        ""
+    };
+    format!("Box: quartiles; whiskers: within 1.5 boxes of it; {runs}{told}")
 }
 
 /// The chart, as large as the area.
@@ -90,13 +112,9 @@ const TOP: f64 = 44.0;
 const FOOT: f64 = 40.0;
 
 fn finite(chart: &BoxChart) -> impl Iterator<Item = f64> {
-    chart
-        .groups
-        .iter()
-        .flat_map(|group| &group.series)
-        .flat_map(|series| &series.values)
-        .map(|v| f64::from(*v))
-        .filter(|v| v.is_finite())
+    let measured = chart.groups.iter().flat_map(|group| &group.series).flat_map(|it| &it.values);
+    let told = chart.groups.iter().filter_map(|group| group.told.as_ref());
+    measured.chain(told).map(|v| f64::from(*v)).filter(|v| v.is_finite())
 }
 
 fn grid(area: &Area<'_>, plot: &Area<'_>, axis: &Axis) -> Result<(), Fault> {
@@ -132,9 +150,23 @@ fn draw_group(
         if let Some(summary) = Summary::of(&series.values) {
             draw_box(&plot, &summary, axis, x, (slot * 0.6).min(34.0), colour)?;
         }
+        if let (Some(mean), Some(_)) = (mean(&series.values), group.told) {
+            let middle = (px(x), px(at(axis, mean, height - TOP - FOOT)));
+            plot.draw(&Circle::new(middle, px(3.5), filled(&INK)))?;
+            plot.draw(&Circle::new(middle, px(2.3), filled(&PAPER)))?;
+        }
         let name = Look::LABEL.centred().coloured(INK);
         write(column, &series.name, (x, height - FOOT + 12.0), name)?;
         never(column, series, (x, slot), infinite_name)?;
+    }
+    if let Some(told) = group.told {
+        let plot = part(column, (0.0, TOP), (width, height - TOP - FOOT));
+        let y = at(axis, f64::from(told), height - TOP - FOOT);
+        let ends = [(0.05 * width, y), (0.95 * width, y)];
+        for dash in dashes::cut(&ends, 6.0, 4.0) {
+            let dash: Vec<_> = dash.into_iter().map(|(x, y)| (px(x), px(y))).collect();
+            plot.draw(&PathElement::new(dash, stroke(&INK, 1.2)))?;
+        }
     }
     let name = Look { bold: true, ..Look::LABEL.centred() };
     write(column, &group.label, (width / 2.0, height - 8.0), name)
@@ -221,6 +253,12 @@ impl Summary {
         let (low, high) = (*inside.first()?, *inside.last()?);
         Some(Self { five: [low.min(q1), q1, median, q3, high.max(q3)], outliers })
     }
+}
+
+/// The mean of the finite values; `None` where there are none.
+fn mean(values: &[f32]) -> Option<f64> {
+    let finite: Vec<f64> = values.iter().map(|v| f64::from(*v)).filter(|v| v.is_finite()).collect();
+    (!finite.is_empty()).then(|| finite.iter().sum::<f64>() / finite.len() as f64)
 }
 
 fn quantile(sorted: &[f64], p: f64) -> Option<f64> {

@@ -37,7 +37,7 @@ pub struct Curve {
     pub name: String,
     /// The number of the robot, from 0, where the variant is one: it has its colour in every picture.
     pub robot: Option<usize>,
-    /// The value at each second.
+    /// The value at each second. The last one is drawn on to the end of the chart by a thin line.
     pub values: Vec<f32>,
 }
 
@@ -90,6 +90,8 @@ pub(super) fn picture(chart: &GrowthChart) -> Result<Picture, PictureError> {
                 points.extend(curve.values.iter().enumerate().map(at));
                 if let Some((_, last)) = points.last() {
                     labels.push((*last, curve.name.clone(), colour));
+                    let on = vec![(curve.values.len() as f64, *last), (x.to, *last)];
+                    drawn.line(on, stroke(&colour, 0.6))?;
                 }
                 drawn.line(points, stroke(&colour, 1.8))?;
             }

@@ -187,6 +187,7 @@ mod tests {
         let group = RunGroup {
             label: "S-turns".to_owned(),
             series: vec![series("T0", &never), series("K", &[1.0, 2.0, f32::INFINITY, f32::NAN])],
+            told: None,
         };
         BoxChart {
             title: "Convergence".to_owned(),

@@ -89,7 +89,11 @@ fn boxed(
         is_logarithmic: false,
         groups: RULES
             .iter()
-            .map(|(rule, label)| RunGroup { label: (*label).into(), series: series(rule) })
+            .map(|(rule, label)| RunGroup {
+                label: (*label).into(),
+                series: series(rule),
+                told: None,
+            })
             .collect(),
     }
 }

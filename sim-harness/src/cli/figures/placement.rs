@@ -48,6 +48,7 @@ fn chart(figures: &Figures) -> BoxChart {
                 values: figures.of(situation).map(|trial| area(trial, n)).collect(),
             })
             .collect(),
+        told: None,
     };
     BoxChart {
         title: "Figure 4 again: what the new node covers and the network does not".into(),

@@ -4,9 +4,10 @@
 use std::fmt::Write;
 
 use benchmarks::forces::figures::{self, Reading, TABLE_2, TABLE_3, cases};
-use input::InputError;
+use input::{InputError, counted};
 use measure::claim::{Answer, Claim};
 use report::Folder;
+use report::pictures::{BoxChart, RunGroup, RunValues, box_plots};
 use serde_json::{Value, json};
 use swarms::bench::PAPER_MOST;
 use swarms::{Phase, Place, TooMany};
@@ -19,6 +20,8 @@ use super::{Figured, FiguresArgs, put_claims, seeds};
 const FILE: &str = "swarm.json";
 /// The readings whose claims are printed in full: the paper's rule to the letter, and ours.
 const PRINTED: [&str; 2] = ["literal", "ours"];
+/// How the pictures name them.
+const IN_WORDS: [&str; 2] = ["the paper's rule to the letter", "our rule"];
 
 /// The claims of all readings with so many flights from a seed on.
 pub(super) fn claims(count: usize, seed: u64) -> Result<Vec<(&'static str, Claim)>, InputError> {
@@ -49,8 +52,76 @@ pub(super) fn make(
     });
     if let Some(folder) = folder {
         folder.put_json(FILE, &summary)?;
+        for (name, chart) in charts(&readings) {
+            report::put_picture(folder, &name, &box_plots(&chart)?)?;
+        }
     }
     Ok(Figured { table: table(&readings, count, seed), summary, seeds: seeds(seed, count) })
+}
+
+/// The pictures of both tables and both figures, by name, for the readings that are printed in full.
+fn charts(readings: &[Reading]) -> Vec<(String, BoxChart)> {
+    let drawn: Vec<&Reading> =
+        readings.iter().filter(|reading| PRINTED.contains(&reading.rule.name)).collect();
+    let table =
+        |n: u8, title: &str, value_name: &str, told: &[f32], of: fn(&Reading, u16) -> Vec<f32>| {
+            let values = |it: &&Reading, drones| RunValues {
+                name: it.rule.name.into(),
+                values: of(it, drones),
+            };
+            let series = |drones| drawn.iter().map(|it| values(it, drones)).collect();
+            (format!("table-{n}"), chart(title, value_name, told, series))
+        };
+    let mut charts = vec![
+        table(2, "Table 2 again: rounds of a survey", "Rounds", &TABLE_2, Reading::survey_rounds),
+        table(
+            3,
+            "Table 3 again: links lost in a survey",
+            "Links lost",
+            &TABLE_3,
+            Reading::survey_links_lost,
+        ),
+    ];
+    for (n, phase, what) in
+        [(12, Phase::Setup, "set-up before"), (14, Phase::Crossing, "crossing of")]
+    {
+        for (reading, words) in drawn.iter().zip(IN_WORDS) {
+            let name = reading.rule.name;
+            let title = format!("Figure {n} again: {what} passages a to e, by {words}");
+            let values = |place, drones| reading.leg_ratios(phase, place, drones);
+            let of = |place: Place, drones| RunValues {
+                name: place.name().into(),
+                values: values(place, drones),
+            };
+            let series = |drones| Place::ALL.map(|place| of(place, drones)).into();
+            let value_name = "Duration in ideal durations";
+            charts.push((format!("figure-{n}-{name}"), chart(&title, value_name, &[], series)));
+        }
+    }
+    charts
+}
+
+/// A group for each number of drones up to the paper's most, of which the last have a mean in the paper. Without
+/// means all numbers of drones are shown.
+fn chart(
+    title: &str,
+    value_name: &str,
+    told: &[f32],
+    series: impl Fn(u16) -> Vec<RunValues>,
+) -> BoxChart {
+    let first = if told.is_empty() { 1 } else { PAPER_MOST + 1 - told.len() as u16 };
+    let group = |drones: u16| RunGroup {
+        label: counted(usize::from(drones), "drone"),
+        series: series(drones),
+        told: told.get(usize::from(drones - first)).copied(),
+    };
+    BoxChart {
+        title: title.into(),
+        value_name: value_name.into(),
+        infinite_name: "stuck".into(),
+        is_logarithmic: false,
+        groups: (first..=PAPER_MOST).map(group).collect(),
+    }
 }
 
 fn refused(error: TooMany) -> InputError {

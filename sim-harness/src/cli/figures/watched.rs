@@ -87,7 +87,14 @@ fn ways(world: &World, figures: &Figures) -> ExploredChart {
         ROBOTS.iter().filter_map(move |robots| {
             let row = of(figures, rule, *robots)?;
             let all: Vec<usize> = (0..*robots).collect();
-            map(world, &row.film, &all, format!("{label}, {}", named(*robots)))
+            let name = format!("{label}, {}", named(*robots));
+            let shown = map(world, &row.film, &all, name)?;
+            let first = figures.row(rule, *robots).and_then(|row| row.runs.first());
+            let known = match first.and_then(|run| run.t99_s) {
+                Some(at_s) => format!("99 % known after {at_s:.0} s"),
+                None => "99 % never known".to_owned(),
+            };
+            Some(ExploredMap { about: format!("{}; {known}", shown.about), ..shown })
         })
     });
     ExploredChart {
@@ -143,7 +150,7 @@ fn candidates(figures: &Figures) -> GrowthChart {
         curves.extend(robots.map(|n| Curve::of_robot(n, mean_curve(&row.runs, &own(n)))));
         curves
     });
-    chart("Thesis, figure 3.15 again: frontier points", "Cells", figures.runs, groups)
+    chart("Thesis, figure 3.15 again: frontier points", "Frontier cells", figures.runs, groups)
 }
 
 /// Figure 3.20: the way of each robot.
