@@ -78,17 +78,23 @@ async fn the_map_that_explorers_draw_grows_in_chromium() {
     browser.wait_for(&format!("{} > 0", count("seen"))).await;
     let early = browser.evaluate(&count("seen")).await.as_u64().unwrap();
     let frontiers = browser.evaluate(&count("frontier")).await;
-    let goals = "[...document.querySelectorAll('#map .goal')].some((it) => it.style.display !== 'none')";
+    let goals =
+        "[...document.querySelectorAll('#map .goal')].some((it) => it.style.display !== 'none')";
     assert_eq!(browser.evaluate(goals).await, json!(true));
     let go = |at: &str| {
-        format!("(() => {{ const time = document.getElementById('time'); time.value = {at}; \
-                 time.dispatchEvent(new Event('input')); return true; }})()")
+        format!(
+            "(() => {{ const time = document.getElementById('time'); time.value = {at}; \
+                 time.dispatchEvent(new Event('input')); return true; }})()"
+        )
     };
     browser.evaluate(&go("time.max")).await;
     let late = browser.evaluate(&count("seen")).await.as_u64().unwrap();
     assert!(late > 2 * early && early > 50, "{early} cells at first, {late} at the end");
     let at_end = browser.evaluate(&count("frontier")).await.as_u64().unwrap();
-    assert!(at_end < frontiers.as_u64().unwrap(), "{frontiers} frontiers at first, {at_end} at the end");
+    assert!(
+        at_end < frontiers.as_u64().unwrap(),
+        "{frontiers} frontiers at first, {at_end} at the end"
+    );
     browser.evaluate(&go("50")).await;
     assert_eq!(browser.evaluate(&count("seen")).await, json!(early));
     assert_eq!(browser.evaluate(&count("frontier")).await, frontiers);
