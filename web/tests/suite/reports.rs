@@ -78,6 +78,7 @@ async fn the_map_that_explorers_draw_grows_in_chromium() {
     browser.wait_for(&format!("{} > 0", count("seen"))).await;
     let early = browser.evaluate(&count("seen")).await.as_u64().unwrap();
     let frontiers = browser.evaluate(&count("frontier")).await;
+    let time = browser.evaluate("document.getElementById('time').value").await;
     let goals =
         "[...document.querySelectorAll('#map .goal')].some((it) => it.style.display !== 'none')";
     assert_eq!(browser.evaluate(goals).await, json!(true));
@@ -95,7 +96,7 @@ async fn the_map_that_explorers_draw_grows_in_chromium() {
         at_end < frontiers.as_u64().unwrap(),
         "{frontiers} frontiers at first, {at_end} at the end"
     );
-    browser.evaluate(&go("50")).await;
+    browser.evaluate(&go(time.as_str().unwrap())).await;
     assert_eq!(browser.evaluate(&count("seen")).await, json!(early));
     assert_eq!(browser.evaluate(&count("frontier")).await, frontiers);
 }
