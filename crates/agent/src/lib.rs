@@ -387,6 +387,10 @@ impl Agent {
             State::Idle | State::Armed { .. } if !self.fit => Phase::Out,
             State::Idle | State::Armed { .. } => Phase::Waiting,
             State::TakingOff { .. } => Phase::Transit,
+            // A relay that lands since it was not needed waits again at once: one with a higher number that
+            // took off meanwhile would fly ahead of it.
+            State::Landing { why: LandReason::Retired, .. }
+            | State::Landed { why: LandReason::Retired } => Phase::Transit,
             State::OnMission(duty) => duty.phase(),
             State::Landing { why: LandReason::Perched, .. } => Phase::Linked,
             // A drone that cannot fly home must not keep the others from it.

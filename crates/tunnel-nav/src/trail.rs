@@ -86,13 +86,13 @@ const FARTHEST_BEND: i32 = 20;
 /// … and the drone still stands so far outside of it: 0.6 m.
 const PAST_BEND: i32 = 3;
 /// A drone flies back beside its path where the path is no farther to its side than this, m: galleries are up
-/// to 3 m wide, …
-const BESIDE: f32 = 1.7;
+/// to 3 m wide, and in a hall no wall is between either, …
+const BESIDE: f32 = 3.0;
 /// … and its nose points against the path's headings to within 17°: no bend turns so far.
 const OPPOSITE: f32 = 2.85;
 /// The drone is farther from the end of its path than this, in crumbs, where what it knows of the path is old:
-/// 10 m.
-const OLD: i32 = 50;
+/// 4 m.
+const OLD: i32 = 20;
 /// Behind a sharp bend the path comes near its earlier part for so many crumbs, and that is no detour.
 const SURE: i32 = 10;
 /// Where the path leads home is read so many crumbs behind: 3 m.

@@ -1,6 +1,7 @@
 //! A head that flies out and comes back: the relay that it no longer needs flies home, and flies out
 //! again when the head does.
 
+use agent::State;
 use sim_harness::measure::metrics::{Reference, Watch};
 use sim_harness::mission::Mission;
 
@@ -36,6 +37,45 @@ at_s = 240.0
 order = \"explore\"
 speed_mps = 0.25
 ";
+
+/// Relays fly in the order of their numbers: where a chain needed one again while the last one landed, the next one
+/// took off, and later the first one behind it.
+#[test]
+fn no_relay_takes_off_while_one_with_a_lower_number_lands_or_waits() {
+    for (back_s, out_s) in [(150, 198), (180, 196), (165, 190), (150, 202)] {
+        let text = OUT_AND_BACK
+            .replace("relays = 4", "relays = 5")
+            .replace("[40.0, 0.0]", "[60.0, 0.0]")
+            .replace("speed_mps = -0.25", "speed_mps = -0.3")
+            .replace("at_s = 180.0", &format!("at_s = {back_s}.0"))
+            .replace(
+                "at_s = 240.0\norder = \"explore\"\nspeed_mps = 0.25",
+                &format!("at_s = {out_s}.0\norder = \"explore\"\nspeed_mps = 0.4"),
+            );
+        let scenario = scenario_text::read(&format!("retirement/again-{back_s}-{out_s}"), &text);
+        let world = scenario.world();
+        let mut mission = Mission::new(&scenario, &world, 1);
+        let mut before: Vec<State> = mission.states().collect();
+        while !mission.is_over() {
+            mission.round();
+            let now: Vec<State> = mission.states().collect();
+            let takes_off = |n: usize| {
+                let [was, is] = [before[n], now[n]];
+                !was.is_airborne() && matches!(is, State::TakingOff { .. })
+            };
+            for n in (1..now.len() - 1).filter(|n| takes_off(*n)) {
+                let flies = |state: &State| matches!(state, State::OnMission(_));
+                let at_s = mission.time_us() as f32 * 1e-6;
+                assert!(now[..n].iter().all(flies), "{back_s}, {out_s}: relay {n} at {at_s} s");
+                assert!(
+                    !now[n + 1..].iter().any(flies),
+                    "{back_s}, {out_s}: relay {n} at {at_s} s"
+                );
+            }
+            before = now;
+        }
+    }
+}
 
 #[test]
 fn a_relay_that_is_not_needed_flies_home_and_out_again() {
