@@ -155,6 +155,14 @@
     const xs = [], ys = [];
     for (const outline of data.outlines) for (const [x, y] of outline.points) { xs.push(x); ys.push(-y); }
     for (const node of nodes) for (let i = 0; i <= last; i++) if (node.x[i] !== null) { xs.push(node.x[i]); ys.push(-node.y[i]); }
+    if (data.map) {
+      for (const [, cells] of data.map.moments) {
+        for (const cell of whole(cells, 1)) {
+          const [x, y] = southWest(cell);
+          xs.push(x, x + data.map.side); ys.push(-y, -y - data.map.side);
+        }
+      }
+    }
     const least = (all) => all.reduce((a, b) => Math.min(a, b), Infinity);
     const most = (all) => all.reduce((a, b) => Math.max(a, b), -Infinity);
     if (!xs.length) return { x: 0, y: 0, width: 1, height: 1 };
@@ -162,6 +170,11 @@
     // Room for names above and the scale below, whatever the size on the screen.
     const [side, end] = [0.02 * width, 0.06 * width];
     return { x: least(xs) - side, y: least(ys) - end, width: width + 2 * side, height: most(ys) - least(ys) + 2 * end };
+  }
+  // The south-western corner of a cell of the explorers' map.
+  function southWest(cell) {
+    const { corner, side, columns } = data.map;
+    return [corner[0] + (cell % columns) * side, corner[1] + Math.floor(cell / columns) * side];
   }
   // Metres to a pixel of the screen.
   const metresPerPixel = () => Math.max(view.width / Math.max(1, map.clientWidth), view.height / Math.max(1, map.clientHeight));
@@ -199,14 +212,14 @@
   const squares = new Map(), changes = [];
   let drawn = 0; // the number of changes that the map shows
   if (data.map) {
-    const { corner, side, columns, moments } = data.map;
+    const { side, moments } = data.map;
     for (const [ms, cells, grounds] of moments) {
       whole(cells, 1).forEach((cell, n) => changes.push({ t: ms / 1000, cell, ground: grounds[n] }));
     }
     for (const { cell } of changes) {
       if (squares.has(cell)) continue;
-      const [x, y] = [corner[0] + (cell % columns) * side, corner[1] + (Math.floor(cell / columns) + 1) * side];
-      squares.set(cell, make(layers.seen, "rect", { x, y: -y, width: side, height: side, display: "none" }));
+      const [x, y] = southWest(cell);
+      squares.set(cell, make(layers.seen, "rect", { x, y: -y - side, width: side, height: side, display: "none" }));
     }
   }
   $("seen-legend").hidden = changes.length === 0;
