@@ -17,7 +17,8 @@ const ELSEWHERE: f32 = 1.5;
 /// A drone that is farther beside its path than this, m, is not where the headings of the path were flown: at a
 /// junction, walls would lead it into the other gallery. Our own number, as `OLD` of the trail: in 1200 drawn places
 /// (seeds from 500,000, 560,000 and 620,000) with this one, 4 m for 10 m there and 3 m for 1.7 m of the way beside the
-/// path, 1010 missions ended with all drones home, in order and without a touch, where 987 had before.
+/// path, 1010 missions ended with all drones home, in order and without a touch, where 987 had before. In 400 others
+/// (from 2,330,000) no difference can be told: 365 came home whole, for 363, and 28 had a touch, for 25.
 const BESIDE_PATH: f32 = 0.5;
 
 impl Navigator {
