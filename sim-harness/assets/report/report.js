@@ -118,6 +118,9 @@
   };
 
   // ---- the map
+  // The changes of the map that explorers have drawn together, in order of time.
+  const changes = (data.map?.moments ?? []).flatMap(([ms, cells, grounds]) =>
+    whole(cells, 1).map((cell, n) => ({ t: ms / 1000, cell, ground: grounds[n] })));
   const map = $("map");
   const world = bounds();
   let view = { ...world };
@@ -155,13 +158,9 @@
     const xs = [], ys = [];
     for (const outline of data.outlines) for (const [x, y] of outline.points) { xs.push(x); ys.push(-y); }
     for (const node of nodes) for (let i = 0; i <= last; i++) if (node.x[i] !== null) { xs.push(node.x[i]); ys.push(-node.y[i]); }
-    if (data.map) {
-      for (const [, cells] of data.map.moments) {
-        for (const cell of whole(cells, 1)) {
-          const [x, y] = southWest(cell);
-          xs.push(x, x + data.map.side); ys.push(-y, -y - data.map.side);
-        }
-      }
+    for (const { cell } of changes) {
+      const [x, y] = southWest(cell);
+      xs.push(x, x + data.map.side); ys.push(-y, -y - data.map.side);
     }
     const least = (all) => all.reduce((a, b) => Math.min(a, b), Infinity);
     const most = (all) => all.reduce((a, b) => Math.max(a, b), -Infinity);
@@ -209,18 +208,12 @@
   const BEAMS = [0.25, -0.25, 0.75, -0.75].map((half) => half * Math.PI);
   // ---- the map that explorers have drawn together: a square for each cell of which they ever know something
   const CELL_CLASS = { u: "", f: "seen", e: "frontier", w: "wall-seen" };
-  const squares = new Map(), changes = [];
+  const squares = new Map();
   let drawn = 0; // the number of changes that the map shows
-  if (data.map) {
-    const { side, moments } = data.map;
-    for (const [ms, cells, grounds] of moments) {
-      whole(cells, 1).forEach((cell, n) => changes.push({ t: ms / 1000, cell, ground: grounds[n] }));
-    }
-    for (const { cell } of changes) {
-      if (squares.has(cell)) continue;
-      const [x, y] = southWest(cell);
-      squares.set(cell, make(layers.seen, "rect", { x, y: -y - side, width: side, height: side, display: "none" }));
-    }
+  for (const { cell } of changes) {
+    if (squares.has(cell)) continue;
+    const [x, y] = southWest(cell), { side } = data.map;
+    squares.set(cell, make(layers.seen, "rect", { x, y: -y - side, width: side, height: side, display: "none" }));
   }
   $("seen-legend").hidden = changes.length === 0;
   function showSeen() {

@@ -6,7 +6,7 @@ use units::Point2;
 
 use super::Mission;
 
-/// The time between two looks at the maps.
+/// The time between two looks at the maps, in which a drone flies two cells. Our own number.
 const LOOK_US: u64 = 1_000_000;
 
 /// What the drones together know of a cell.

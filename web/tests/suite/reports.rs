@@ -28,6 +28,17 @@ fn report_of(recipe: &Value) -> String {
     report::html(flight.trace(), &flight.summary().parse().unwrap()).unwrap()
 }
 
+/// Opens the report of a mission at a place of its address, when the page is ready.
+async fn opened(recipe: &Value, name: &str, place: &str, is_ready: &str) -> Browser {
+    let folder = folder(&format!("report-{name}"));
+    let file = folder.join("report.html");
+    std::fs::write(&file, report_of(recipe)).unwrap();
+    let url = format!("file://{}{place}", file.display());
+    let mut browser = Browser::open(&folder.join("profile"), &url).await;
+    browser.wait_for(is_ready).await;
+    browser
+}
+
 async fn looks_right(browser: &mut Browser, name: &str) {
     for (width, scheme) in LOOKS {
         is_readable(browser, name, (width, scheme)).await;
@@ -53,12 +64,8 @@ async fn reports_are_readable_narrow_and_wide_light_and_dark_in_chromium() {
     ];
     for recipe in recipes {
         let name = recipe["scenario"].as_str().unwrap();
-        let folder = folder(&format!("report-{name}"));
-        let file = folder.join("report.html");
-        std::fs::write(&file, report_of(&recipe)).unwrap();
-        let url = format!("file://{}", file.display());
-        let mut browser = Browser::open(&folder.join("profile"), &url).await;
-        browser.wait_for("document.querySelectorAll('#events button').length > 2").await;
+        let is_ready = "document.querySelectorAll('#events button').length > 2";
+        let mut browser = opened(&recipe, name, "", is_ready).await;
         looks_right(&mut browser, name).await;
     }
 }
@@ -67,15 +74,12 @@ async fn reports_are_readable_narrow_and_wide_light_and_dark_in_chromium() {
 /// all is known.
 #[tokio::test]
 async fn the_map_that_explorers_draw_grows_in_chromium() {
-    let folder = folder("report-map");
-    let file = folder.join("report.html");
-    std::fs::write(&file, report_of(&json!({ "scenario": "explore-room", "seed": 1 }))).unwrap();
-    let url = format!("file://{}#t=10", file.display());
-    let mut browser = Browser::open(&folder.join("profile"), &url).await;
     let count = |class: &str| {
         format!("document.querySelectorAll('#map rect.{class}:not([display])').length")
     };
-    browser.wait_for(&format!("{} > 0", count("seen"))).await;
+    let recipe = json!({ "scenario": "explore-room", "seed": 1 });
+    let is_ready = format!("{} > 0", count("seen"));
+    let mut browser = opened(&recipe, "map", "#t=10", &is_ready).await;
     let early = browser.evaluate(&count("seen")).await.as_u64().unwrap();
     let frontiers = browser.evaluate(&count("frontier")).await;
     let time = browser.evaluate("document.getElementById('time').value").await;
@@ -104,12 +108,9 @@ async fn the_map_that_explorers_draw_grows_in_chromium() {
 /// A relay that was killed says no more, so that nothing shows a link of it.
 #[tokio::test]
 async fn a_drone_that_is_down_has_no_link_in_chromium() {
-    let folder = folder("report-down");
-    let file = folder.join("report.html");
-    std::fs::write(&file, report_of(&json!({ "scenario": "cut", "seed": 1 }))).unwrap();
-    let url = format!("file://{}#t=200", file.display());
-    let mut browser = Browser::open(&folder.join("profile"), &url).await;
-    browser.wait_for("document.querySelectorAll('#nodes tbody tr').length > 4").await;
+    let recipe = json!({ "scenario": "cut", "seed": 1 });
+    let is_ready = "document.querySelectorAll('#nodes tbody tr').length > 4";
+    let mut browser = opened(&recipe, "down", "#t=200", is_ready).await;
     let strengths = "[...document.querySelectorAll('#nodes tbody tr')] \
                      .filter((row) => row.cells[1].textContent === 'down') \
                      .map((row) => row.cells[4].textContent + row.cells[5].textContent)";

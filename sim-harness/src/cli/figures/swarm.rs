@@ -18,10 +18,9 @@ use super::{Figured, FiguresArgs, put_claims, seeds};
 
 /// The file that holds the rows of all readings.
 const FILE: &str = "swarm.json";
-/// The readings whose claims are printed in full: the paper's rule to the letter, and ours.
-const PRINTED: [&str; 2] = ["literal", "ours"];
-/// How the pictures name them.
-const IN_WORDS: [&str; 2] = ["the paper's rule to the letter", "our rule"];
+/// The readings whose claims are printed in full and which the pictures show, with their names there.
+const PRINTED: [(&str, &str); 2] =
+    [("literal", "the paper's rule to the letter"), ("ours", "our rule")];
 
 /// The claims of all readings with so many flights from a seed on.
 pub(super) fn claims(count: usize, seed: u64) -> Result<Vec<(&'static str, Claim)>, InputError> {
@@ -59,17 +58,23 @@ pub(super) fn make(
     Ok(Figured { table: table(&readings, count, seed), summary, seeds: seeds(seed, count) })
 }
 
+/// The readings that are printed in full, with their names in pictures.
+fn printed(readings: &[Reading]) -> impl Iterator<Item = (&Reading, &'static str)> {
+    PRINTED.into_iter().filter_map(|(name, words)| {
+        Some((readings.iter().find(|reading| reading.rule.name == name)?, words))
+    })
+}
+
 /// The pictures of both tables and both figures, by name, for the readings that are printed in full.
 fn charts(readings: &[Reading]) -> Vec<(String, BoxChart)> {
-    let drawn: Vec<&Reading> =
-        readings.iter().filter(|reading| PRINTED.contains(&reading.rule.name)).collect();
+    let drawn: Vec<(&Reading, &str)> = printed(readings).collect();
     let table =
         |n: u8, title: &str, value_name: &str, told: &[f32], of: fn(&Reading, u16) -> Vec<f32>| {
-            let values = |it: &&Reading, drones| RunValues {
+            let values = |it: &Reading, drones| RunValues {
                 name: it.rule.name.into(),
                 values: of(it, drones),
             };
-            let series = |drones| drawn.iter().map(|it| values(it, drones)).collect();
+            let series = |drones| drawn.iter().map(|(it, _)| values(it, drones)).collect();
             (format!("table-{n}"), chart(title, value_name, told, series))
         };
     let mut charts = vec![
@@ -85,7 +90,7 @@ fn charts(readings: &[Reading]) -> Vec<(String, BoxChart)> {
     for (n, phase, what) in
         [(12, Phase::Setup, "set-up before"), (14, Phase::Crossing, "crossing of")]
     {
-        for (reading, words) in drawn.iter().zip(IN_WORDS) {
+        for (reading, words) in &drawn {
             let name = reading.rule.name;
             let title = format!("Figure {n} again: {what} passages a to e, by {words}");
             let values = |place, drones| reading.leg_ratios(phase, place, drones);
@@ -144,7 +149,7 @@ fn table(readings: &[Reading], count: usize, seed: u64) -> String {
         text.push_str(&trends(reading));
     }
     text.push_str(&verdicts(readings));
-    for reading in readings.iter().filter(|reading| PRINTED.contains(&reading.rule.name)) {
+    for (reading, _) in printed(readings) {
         let _ = write!(text, "\nBy {}:", reading.rule.name);
         put_claims(&mut text, ("paper's", ""), &reading.claims());
     }
