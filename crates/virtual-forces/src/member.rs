@@ -78,8 +78,11 @@ pub struct Member<const N: usize> {
     pub(crate) home: Point2,
     /// The side to which the drone last turned in the passage.
     pub(crate) side: Option<Side>,
-    /// The rounds on the way to this goal or place in which the drone came no nearer to it.
+    /// The rounds on the way to this goal or place in which the drone came no nearer to it, or in which it got no
+    /// farther through the passage.
     pub(crate) still: u16,
+    /// The farthest that the drone came through the passage, behind its end, m.
+    pub(crate) farthest: f32,
     /// The largest error of the drone's own position in this round.
     pub(crate) error: Metres,
 }
@@ -100,6 +103,7 @@ impl<const N: usize> Member<N> {
             home: Point2::new(0.0, 0.0),
             side: None,
             still: 0,
+            farthest: f32::NEG_INFINITY,
             error: Metres(0.0),
         }
     }
@@ -128,6 +132,7 @@ impl<const N: usize> Member<N> {
         let has_left =
             self.leg == Leg::Second || matches!(self.task, Task::Cross { .. } | Task::Done);
         (self.leg, self.home, self.still) = (Leg::Back, home, 0);
+        self.farthest = f32::NEG_INFINITY;
         self.plan.passage = Passage {
             entrance: moved(entrance, way, length.0),
             way: Point2::new(-way.x, -way.y),
@@ -263,6 +268,7 @@ impl<const N: usize> Member<N> {
                 if self.is_late()
                     || held > 0 && (held > self.config.hold || self.ready(goals + 1)) =>
             {
+                (self.still, self.farthest) = (0, f32::NEG_INFINITY);
                 Task::Cross { out: false, pace: Pace::Ahead { blocked: 0 } }
             }
             task => task,
@@ -349,11 +355,12 @@ impl<const N: usize> Member<N> {
     }
 
     /// Says whether a guarded drone at `here` is as near to its goal or place as it gets: two that were cut
-    /// off from each other may have the same place, and an obstacle may stand at a goal.
+    /// off from each other may have the same place, and an obstacle may stand at a goal. One that was held up
+    /// lets go of links, and has some rounds more to come to its goal then.
     fn is_kept_off(&self, here: Point2, place: Point2) -> bool {
         let near = here.distance(place) < self.config.wanted_distance();
-        let patience = if near { 1 } else { 4 };
-        self.config.guard.is_some() && self.still > self.config.hold.saturating_mul(patience)
+        let halves: u16 = if near { 3 } else { 8 };
+        self.config.guard.is_some() && self.still > self.config.hold.saturating_mul(halves) / 2
     }
 
     /// Returns the formation of so many drones before the passage.
@@ -419,13 +426,13 @@ impl<const N: usize> Member<N> {
         let survey = matches!(self.task, Task::Survey { .. });
         // A drone that was cut off and came back may be a goal ahead of the others, or in their way.
         // It waits for them, so they neither keep their links to it for ever nor stand before it.
-        let held_up = survey && self.still > self.config.hold;
+        let held_up = survey && self.is_held_up();
         // One that flies home, or over the rows of a lost drone, leaves the others, and all do that survey
         // without one: its row is a gap that is wider than a link is long. So does one in the
         // passage that got no farther for long: each of two on the sides of a pillar is kept by the other.
         let leaves = match self.task {
             Task::Survey { reached, .. } => reached == self.goals() || !self.is_whole(),
-            Task::Cross { out: false, pace: Pace::Ahead { blocked } } => blocked > config.hold,
+            Task::Cross { out: false, .. } => self.is_held_up(),
             task => task == Task::Home,
         };
         let lands = self.task == Task::Home;

@@ -14,8 +14,7 @@ use crate::{Obstacles, Passage, crossing};
 pub enum Pace {
     /// It goes ahead, but for so many rounds in which it got no farther.
     Ahead {
-        /// Rounds without progress. Once they are more than [`crate::Config::hold`], progress does not begin
-        /// them anew.
+        /// Rounds without progress; progress begins them anew.
         blocked: u16,
     },
     /// It goes back for so many more rounds, so that a drone beside it can go first.
@@ -81,7 +80,28 @@ impl<const N: usize> Member<N> {
         };
         let waits = out && !self.ready(self.goals() + 2);
         let farther = along(self.plan.passage.way, start, here);
+        self.count_rounds_held_up(here, waits);
         Task::Cross { out, pace: self.next_pace(pace, here, farther, waits) }
+    }
+
+    /// Counts the rounds since the drone, which is `here`, last came a step farther through the passage than ever:
+    /// one that is held up goes to and fro. Once they are so many that it [lets go](Self::is_held_up) they are
+    /// not begun anew: drones on both sides of an obstacle have let go of each other then until they are past it.
+    fn count_rounds_held_up(&mut self, here: Point2, waits: bool) {
+        let beyond = self.beyond(here);
+        if self.is_held_up() || waits {
+            return;
+        }
+        if beyond > self.farthest + self.config.longest_step.0 {
+            (self.farthest, self.still) = (beyond, 0);
+        } else {
+            self.still = self.still.saturating_add(1);
+        }
+    }
+
+    /// Says whether the drone got no farther for so long that it keeps no links for the others.
+    pub(crate) fn is_held_up(&self) -> bool {
+        self.still > self.config.hold
     }
 
     /// Returns the direction of a drone in the passage.
@@ -130,8 +150,6 @@ impl<const N: usize> Member<N> {
                     Pace::Ahead { blocked: blocked.saturating_add(1).min(most) }
                 }
             }
-            // Drones on both sides of an obstacle let go of each other until they are past it.
-            Pace::Ahead { blocked } if blocked > self.config.hold => pace,
             Pace::Ahead { .. } | Pace::Back { .. } => Pace::Ahead { blocked: 0 },
         }
     }
@@ -193,5 +211,22 @@ mod tests {
         };
         assert!(fly(config.hold) <= config.radio_range, "the link is kept");
         assert!((0..25).any(|_| fly(20).0 > 2.0), "but not for ever");
+    }
+
+    /// Two drones that went to and fro beside a pillar held each other there, since each step ahead began their
+    /// patience anew.
+    #[test]
+    fn a_drone_that_goes_to_and_fro_in_the_passage_lets_go_of_links() {
+        let config = Config::OURS;
+        let ahead = Pace::Ahead { blocked: 0 };
+        let mut drone = Member::<4>::new(config, plan(&config), 0);
+        let at = |round: u16| Point2::new(2.0 + 0.05 * f32::from(round % 3), 0.0);
+        for round in 0..config.hold {
+            assert!(!drone.is_held_up(), "after {round} rounds");
+            drone.task = drone.crossed(at(round), at(round + 1), ahead);
+        }
+        drone.crossed(at(0), at(1), ahead);
+        drone.crossed(at(1), at(2), ahead);
+        assert!(drone.is_held_up());
     }
 }

@@ -20,6 +20,7 @@ pub mod forces;
 pub mod junctions;
 pub mod link;
 pub mod mishaps;
+mod missions;
 mod net;
 pub mod placement;
 pub mod places;
@@ -131,6 +132,17 @@ pub struct Outcome {
 fn seeds(first: u64, count: usize) -> String {
     let last = first.wrapping_add(count as u64).wrapping_sub(1);
     if first == last { first.to_string() } else { format!("{first} to {last}") }
+}
+
+/// Refuses the first of these options that was given, since it belongs to another model of the benchmark.
+fn belong_to(model: &str, given: &[(&str, bool)]) -> Result<(), InputError> {
+    match given.iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => {
+            let wrong = format!("{option} belongs to {model}");
+            Err(InputError::new(wrong, format!("give {model}, or leave {option} out")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// A benchmark with its arguments, ready to run.

@@ -74,6 +74,16 @@ impl Judgement {
         self.failures.is_empty()
     }
 
+    /// Whether a drone touched a wall or another drone.
+    #[must_use]
+    pub fn touched(&self) -> bool {
+        use Failure::{TouchedDrone, TouchedStanding, TouchedWall};
+        let is_touch = |failure: &Failure| {
+            matches!(failure, TouchedWall(_) | TouchedDrone(_) | TouchedStanding(_))
+        };
+        self.failures.iter().any(is_touch)
+    }
+
     /// The verdict as a JSON object.
     #[must_use]
     pub fn json(&self) -> Value {

@@ -40,5 +40,6 @@ mod records;
 mod retirement;
 mod scenario_text;
 mod survey_routes;
+mod swarms_cross;
 mod twist;
 mod verdict;

@@ -14,7 +14,7 @@ use explorers::{Air, PLANS, ROBOTS, Scale, Senses, Sensor, World};
 use input::InputError;
 
 use self::measure::{Comparison, LONGEST_S, LOSS, Named, Row};
-use super::{Benchmark, Outcome, Session};
+use super::{Benchmark, Outcome, Session, belong_to};
 use planning::explored::explored;
 use scenario::Fidelity;
 use terminal::{FidelityArg, NetworkArg, SensorArg, counted, runs};
@@ -96,7 +96,7 @@ impl ExploreBench {
             ("--sensor", self.sensor.is_some()),
             ("--network", self.network.is_some()),
         ];
-        belong_to(Model::Thesis, &is_of_the_thesis)?;
+        belong_to("--model thesis", &is_of_the_thesis)?;
         let drones = match self.robots.as_slice() {
             [] => DRONES.to_vec(),
             _ => self.robots(MOST_EXPLORERS)?,
@@ -119,7 +119,7 @@ impl ExploreBench {
     fn explore(&self, session: &Session<'_>) -> Result<Outcome, InputError> {
         let are_of_drones =
             [("--drawn", self.drawn.is_some()), ("--fidelity", self.fidelity.is_some())];
-        belong_to(Model::Drones, &are_of_drones)?;
+        belong_to("--model drones", &are_of_drones)?;
         let (worlds, rules, robots) = (self.worlds()?, self.rules()?, self.robots(ROBOTS)?);
         let count = runs(self.runs)?;
         let total = worlds.len() * rules.len() * robots.len() * count;
@@ -172,21 +172,6 @@ impl ExploreBench {
             return Err(InputError::new(format!("--robots {wrong} is out of range"), remedy));
         }
         Ok(self.robots.clone())
-    }
-}
-
-/// Refuses the first of these options that was given, since it belongs to the other model.
-fn belong_to(model: Model, given: &[(&str, bool)]) -> Result<(), InputError> {
-    let name = match model {
-        Model::Drones => "drones",
-        Model::Thesis => "thesis",
-    };
-    match given.iter().find(|(_, is_given)| *is_given) {
-        Some((option, _)) => {
-            let wrong = format!("{option} belongs to the robots of --model {name}");
-            Err(InputError::new(wrong, format!("give --model {name}, or leave {option} out")))
-        }
-        None => Ok(()),
     }
 }
 

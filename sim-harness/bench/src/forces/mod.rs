@@ -1,26 +1,62 @@
-//! `uchain bench forces`: the table of swarms by virtual forces.
+//! `uchain bench forces`: the tables of swarms by virtual forces.
 
 pub mod figures;
 pub mod measure;
+mod missions;
 
 use std::fmt::Write;
 
-use clap::Args;
+use clap::builder::PossibleValuesParser;
+use clap::{Args, ValueEnum};
 use input::InputError;
+use scenario::{Fidelity, MOST_DRONES};
 use serde_json::Value;
 use swarms::bench::{CLEAR, CONNECTED_IN_E, CROSSING, Row, SURVEY, cases, missed};
 use swarms::{Phase, TooMany};
 
 use self::measure::Speed;
-use super::{Benchmark, Outcome, Session};
-use terminal::runs;
+use super::{Benchmark, Outcome, Session, belong_to};
+use terminal::{FidelityArg, runs};
+
+/// The numbers of drones of a mission where none is named: those of the paper's figures, and twice as many.
+const DRONES: [usize; 4] = [2, 4, 6, 12];
+/// The fewest drones of a swarm.
+const FEWEST: usize = 2;
+/// The numbers of missions of a row, and of flights by the paper's model, where none is named.
+const MISSIONS: usize = 10;
+const FLIGHTS: usize = 100;
+
+/// Which drones fly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Model {
+    /// Missions of drones, each with the code that it has on board, four beams and a battery
+    Drones,
+    /// The paper's: points that step at once, one after the other, and know all walls near them
+    Paper,
+}
 
 /// The arguments of the benchmark.
 #[derive(Args)]
 pub(crate) struct ForcesBench {
-    /// Number of flights for each row with up to six drones; a tenth of them with more
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 100)]
-    runs: usize,
+    /// Which drones fly; where left out, those of missions, with the code that they have on board
+    #[arg(long, value_enum, default_value_t = Model::Drones)]
+    model: Model,
+    /// Number of missions for each row, 10 where left out; by the paper's model, of flights for each row with
+    /// up to six drones, 100 where left out, and a tenth of them with more
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    runs: Option<usize>,
+    /// Fly missions at this place only; may be given more than once
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(missions::names()))]
+    place: Vec<String>,
+    /// Fly missions of so many drones only; may be given more than once
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    drones: Vec<usize>,
+    /// Take a drone from each mission after 40 s
+    #[arg(long)]
+    lose: bool,
+    /// How closely the drones of missions are simulated; where left out, as points
+    #[arg(long, value_enum)]
+    fidelity: Option<FidelityArg>,
 }
 
 impl Benchmark for ForcesBench {
@@ -30,7 +66,39 @@ impl Benchmark for ForcesBench {
     const PAGE: &'static str = "swarms.md";
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {
-        let count = runs(self.runs)?;
+        match self.model {
+            Model::Drones => missions::bench(&self.choice()?, session),
+            Model::Paper => self.fly_points(session),
+        }
+    }
+}
+
+impl ForcesBench {
+    fn choice(&self) -> Result<missions::Choice, InputError> {
+        let is_possible = |drones: &&usize| (FEWEST..=MOST_DRONES).contains(*drones);
+        if let Some(wrong) = self.drones.iter().find(|drones| !is_possible(drones)) {
+            let remedy = format!("give a number from {FEWEST} to {MOST_DRONES}");
+            return Err(InputError::new(format!("--drones {wrong} is out of range"), remedy));
+        }
+        let drones = if self.drones.is_empty() { DRONES.to_vec() } else { self.drones.clone() };
+        Ok(missions::Choice {
+            places: self.place.clone(),
+            drones,
+            loses_one: self.lose,
+            fidelity: self.fidelity.map_or(Ok(Fidelity::Point), FidelityArg::of_the_host)?,
+            runs: runs(self.runs.unwrap_or(MISSIONS))?,
+        })
+    }
+
+    fn fly_points(&self, session: &Session<'_>) -> Result<Outcome, InputError> {
+        let are_of_missions = [
+            ("--place", !self.place.is_empty()),
+            ("--drones", !self.drones.is_empty()),
+            ("--lose", self.lose),
+            ("--fidelity", self.fidelity.is_some()),
+        ];
+        belong_to("--model drones", &are_of_missions)?;
+        let count = runs(self.runs.unwrap_or(FLIGHTS))?;
         let cases = cases();
         let progress = session.progress(cases.len(), "cases");
         let rows =

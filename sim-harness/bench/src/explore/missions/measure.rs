@@ -5,12 +5,12 @@ use std::path::Path;
 use agent::ExploreConfig;
 use frontier::Rule;
 use input::InputError;
-use measure::metrics::{ExploreMetrics, Reference};
-use measure::verdict::{Failure, Judgement, judged};
-use rayon::prelude::*;
+use measure::metrics::ExploreMetrics;
+use measure::verdict::{Failure, Judgement};
 use scenario::{Fidelity, Scenario};
 use serde_json::{Value, json};
-use world::World;
+
+use crate::missions::{self, mean};
 
 /// The maps are right whose walls, found and false ones, and whose free cells are right to this part: the
 /// bounds of our own.
@@ -73,16 +73,6 @@ impl Flown {
         self.judgement.is_success() && !self.is_known()
     }
 
-    pub(super) fn touched(&self) -> bool {
-        let is_touch = |failure: &Failure| {
-            matches!(
-                failure,
-                Failure::TouchedWall(_) | Failure::TouchedDrone(_) | Failure::TouchedStanding(_)
-            )
-        };
-        self.judgement.failures.iter().any(is_touch)
-    }
-
     /// How long the drones went on after 99 % were known, s.
     fn stopped_after_s(&self) -> Option<f32> {
         let after = self.explore.ended_s - self.explore.t99_s;
@@ -128,19 +118,14 @@ impl Row {
         self.flown.iter().filter(|flown| is(flown)).count()
     }
 
-    /// The mean of a figure over the missions that have it.
-    fn mean(&self, of: impl Fn(&Flown) -> Option<f32>) -> Option<f64> {
-        let values: Vec<f64> = self.flown.iter().filter_map(of).map(f64::from).collect();
-        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
-    }
-
     pub(super) fn explored(&self) -> f64 {
-        self.mean(|flown| Some(flown.explore.explored)).unwrap_or(f64::NAN)
+        mean(self.flown.iter().map(|flown| flown.explore.explored)).unwrap_or(f64::NAN)
     }
 
     /// The mean time until 99 % were known, over the missions that came so far.
     pub(super) fn t99_s(&self) -> Option<f64> {
-        self.mean(|flown| Some(flown.explore.t99_s).filter(|time| time.is_finite()))
+        let times = self.flown.iter().map(|flown| flown.explore.t99_s);
+        mean(times.filter(|time| time.is_finite()))
     }
 
     /// The longest time that drones went on after 99 % were known.
@@ -159,7 +144,7 @@ impl Row {
             "explored": self.explored(),
             "reached_99": self.count(Flown::is_known),
             "right": self.count(Flown::is_right),
-            "touched": self.count(Flown::touched),
+            "touched": self.count(|flown| flown.judgement.touched()),
             "false_success": self.count(Flown::is_false_success),
             "t99_s": self.t99_s(),
             "stopped_after_s": self.stopped_after_s(),
@@ -169,15 +154,11 @@ impl Row {
 }
 
 /// Flies so many missions of a case, with seeds from the first on.
-pub(super) fn fly(case: Case, (count, first): (usize, u64), after_each: impl Fn() + Sync) -> Row {
-    let world: World = case.scenario.world();
-    let reference = Reference::of(&case.scenario, &world);
-    let mission = |n: u64| {
-        let seed = first.wrapping_add(n);
-        let (metrics, judgement) = judged(&case.scenario, &world, &reference, seed);
-        after_each();
+pub(super) fn fly(case: Case, seeds: (usize, u64), after_each: impl Fn() + Sync) -> Row {
+    let flown = |mission: missions::Mission| {
+        let missions::Mission { seed, metrics, judgement } = mission;
         metrics.explore.map(|explore| Flown { seed, explore, judgement })
     };
-    let flown = (0..count as u64).into_par_iter().filter_map(mission).collect();
-    Row { case, flown }
+    let flown = missions::fly(&case.scenario, seeds, after_each).into_iter().filter_map(flown);
+    Row { flown: flown.collect(), case }
 }

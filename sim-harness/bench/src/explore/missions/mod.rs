@@ -10,7 +10,6 @@ mod drawn;
 mod measure;
 mod plans;
 
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use input::InputError;
@@ -19,6 +18,7 @@ use scenario::Fidelity;
 use self::measure::{Case, Flown, Row, STOPS_S};
 use self::plans::Plan;
 use super::measure::Named;
+use crate::missions::tally;
 use crate::{Outcome, Session};
 
 /// What is flown.
@@ -84,7 +84,7 @@ fn missed(rows: &[Row]) -> Vec<String> {
         let count: usize = rows.iter().map(|row| row.count(is)).sum();
         (count > 0).then(|| format!("explore: {count} missions {what}, must be 0"))
     };
-    let touched = of("with a touch", Flown::touched);
+    let touched = of("with a touch", |flown| flown.judgement.touched());
     let wrongly = of("called a success wrongly", Flown::is_false_success);
     touched.into_iter().chain(wrongly).collect()
 }
@@ -111,12 +111,7 @@ fn table(choice: &Choice, rows: &[Row]) -> String {
     );
     let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |it| format!("{it:.0}"));
     for row in rows {
-        let mut wrong = BTreeMap::<&str, usize>::new();
-        for name in row.flown.iter().flat_map(Flown::wrong) {
-            *wrong.entry(name).or_default() += 1;
-        }
-        let wrong: Vec<String> =
-            wrong.into_iter().map(|(name, count)| format!("{name} {count}")).collect();
+        let wrong = tally(row.flown.iter().flat_map(Flown::wrong));
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -129,10 +124,10 @@ fn table(choice: &Choice, rows: &[Row]) -> String {
             row.explored(),
             row.count(Flown::is_known),
             row.count(Flown::is_right),
-            row.count(Flown::touched),
+            row.count(|flown| flown.judgement.touched()),
             shown(row.t99_s()),
             shown(row.stopped_after_s().map(f64::from)),
-            wrong.join(", "),
+            wrong,
         );
     }
     let _ = writeln!(

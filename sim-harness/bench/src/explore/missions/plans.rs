@@ -164,20 +164,13 @@ impl Plan {
             -middle + 0.05,
             ENTRANCE_M + 0.1,
         );
-        // Writing to a string cannot fail.
-        for [w, s, e, n] in &self.rooms {
-            let _ = write!(
-                text,
-                "[[tunnel.room]]\ncentre_m = [{:.3}, {:.3}]\nsize_m = [{:.3}, {:.3}]\n\n",
-                0.5 * (w + e),
-                0.5 * (s + n),
-                e - w,
-                n - s
-            );
+        for room in &self.rooms {
+            crate::missions::write_room(&mut text, room);
         }
         if has_fixes {
             text.push_str("[vehicle]\nposition_noise_m = 0.01\n\n");
         }
+        // Writing to a string cannot fail.
         let _ = write!(
             text,
             "[radio]\npacket_loss = 0.1\n\n[radio.model]\nlaw = \"log-distance\"\n\n[drones]\nrelays = {}\n\n\
