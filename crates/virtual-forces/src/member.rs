@@ -25,8 +25,8 @@ pub(crate) enum Leg {
     Back,
 }
 
-/// A drone that flies home is there within this distance, m: a step of a tenth of a second at the 0.3 m/s
-/// of a drone, with two of which on neighbouring places of a row of 0.35 m they land 0.25 m apart.
+/// A drone that flies home is there within this distance, m: half of a step, with which two on neighbouring
+/// places of a row of 0.35 m land 0.25 m apart.
 const AT_HOME: Metres = Metres(0.05);
 
 /// The progress of a drone that lands or has landed: the others do not wait for it, and it keeps its place.
@@ -81,7 +81,7 @@ pub struct Member<const N: usize> {
     /// The rounds on the way to this goal or place in which the drone came no nearer to it, or in which it got no
     /// farther through the passage.
     pub(crate) still: u16,
-    /// The farthest that the drone came through the passage, behind its end, m.
+    /// Where the drone last came a step farther through the passage than ever, m beyond its end.
     pub(crate) farthest: f32,
     /// The largest error of the drone's own position in this round.
     pub(crate) error: Metres,
@@ -132,7 +132,6 @@ impl<const N: usize> Member<N> {
         let has_left =
             self.leg == Leg::Second || matches!(self.task, Task::Cross { .. } | Task::Done);
         (self.leg, self.home, self.still) = (Leg::Back, home, 0);
-        self.farthest = f32::NEG_INFINITY;
         self.plan.passage = Passage {
             entrance: moved(entrance, way, length.0),
             way: Point2::new(-way.x, -way.y),
@@ -144,7 +143,7 @@ impl<const N: usize> Member<N> {
         } else if inside > length.0 {
             Task::Gather { place: self.place(), held: 0 }
         } else {
-            Task::Cross { out: false, pace: Pace::Ahead { blocked: 0 } }
+            self.enter()
         };
     }
 
@@ -268,8 +267,7 @@ impl<const N: usize> Member<N> {
                 if self.is_late()
                     || held > 0 && (held > self.config.hold || self.ready(goals + 1)) =>
             {
-                (self.still, self.farthest) = (0, f32::NEG_INFINITY);
-                Task::Cross { out: false, pace: Pace::Ahead { blocked: 0 } }
+                self.enter()
             }
             task => task,
         };

@@ -59,6 +59,12 @@ impl<const N: usize> Member<N> {
         Task::Survey { reached: 0, underway: true }
     }
 
+    /// Begins the way through the passage: nothing that the drone met on an earlier one counts.
+    pub(crate) fn enter(&mut self) -> Task {
+        (self.still, self.farthest, self.side) = (0, f32::NEG_INFINITY, None);
+        Task::Cross { out: false, pace: Pace::Ahead { blocked: 0 } }
+    }
+
     /// Returns how far `here` is behind the passage, in metres.
     fn beyond(&self, here: Point2) -> f32 {
         let Passage { entrance, way, length, .. } = self.plan.passage;
@@ -72,12 +78,6 @@ impl<const N: usize> Member<N> {
             self.still = 0;
             return Task::Home;
         }
-        let pace = match pace {
-            Pace::Ahead { blocked } if out => {
-                Pace::Ahead { blocked: blocked.min(self.config.hold) }
-            }
-            pace => pace,
-        };
         let waits = out && !self.ready(self.goals() + 2);
         let farther = along(self.plan.passage.way, start, here);
         self.count_rounds_held_up(here, waits);

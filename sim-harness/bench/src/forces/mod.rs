@@ -18,7 +18,7 @@ use self::measure::Speed;
 use super::{Benchmark, Outcome, Session, belong_to};
 use terminal::{FidelityArg, runs};
 
-/// The numbers of drones of a mission where none is named: those of the paper's figures, and twice as many.
+/// The numbers of drones of a mission where none is named: up to the paper's six, and twice as many.
 const DRONES: [usize; 4] = [2, 4, 6, 12];
 /// The fewest drones of a swarm.
 const FEWEST: usize = 2;
@@ -62,7 +62,7 @@ pub(crate) struct ForcesBench {
 impl Benchmark for ForcesBench {
     const NAME: &'static str = "forces";
     const ABOUT: &'static str =
-        "Whether swarms by virtual forces keep clear and connected, and how fast they are";
+        "Whether swarms by virtual forces survey, cross, keep clear and connected, and how fast";
     const PAGE: &'static str = "swarms.md";
 
     fn run(&self, session: &mut Session<'_>) -> Result<Outcome, InputError> {

@@ -95,15 +95,17 @@ impl Walls {
 
     /// The obstacles within `range` of a drone that is `here`.
     pub(super) fn seen(&self, now: Instant, here: Point2, range: Metres) -> Obstacles {
-        let fresh = |hit: &Option<Hit>| hit.filter(|hit| now.since(hit.seen) <= OLD);
-        let pieces = self.beams.iter().flat_map(|hits| {
-            let before = hits.iter().skip(1).map(fresh).chain([None]);
-            hits.iter().map(fresh).zip(before).filter_map(|(hit, before)| {
-                let at = hit?.at;
-                let joined =
-                    before.map(|hit| hit.at).filter(|other| at.distance(*other).0 < JOINED);
-                Some((at, joined.unwrap_or(at)))
-            })
+        let fresh = |beam: usize, slot: usize| {
+            let hit = (*self.beams.get(beam)?.get(slot)?)?;
+            (now.since(hit.seen) <= OLD).then_some(hit.at)
+        };
+        // The latest hits of all beams come first: of more pieces than obstacles can have, the last are left
+        // out.
+        let pieces = (0..KEPT).flat_map(|slot| (0..4).map(move |beam| (beam, slot)));
+        let pieces = pieces.filter_map(|(beam, slot)| {
+            let at = fresh(beam, slot)?;
+            let before = fresh(beam, slot + 1).filter(|other| at.distance(*other).0 < JOINED);
+            Some((at, before.unwrap_or(at)))
         });
         Obstacles::seen(here, range, pieces)
     }

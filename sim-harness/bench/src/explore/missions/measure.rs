@@ -7,7 +7,7 @@ use frontier::Rule;
 use input::InputError;
 use measure::metrics::ExploreMetrics;
 use measure::verdict::{Failure, Judgement};
-use scenario::{Fidelity, Scenario};
+use scenario::Scenario;
 use serde_json::{Value, json};
 
 use crate::missions::{self, mean};
@@ -29,17 +29,15 @@ pub(super) struct Case {
 }
 
 impl Case {
-    /// The case of a scenario's text, flown at this level by this rule.
+    /// The case of a scenario's text, flown by this rule.
     pub(super) fn of(
         plan: &str,
         text: String,
         drones: usize,
-        fidelity: Fidelity,
         (rule, constants): (&'static str, Rule),
     ) -> Result<Self, InputError> {
         let file = format!("{plan}.toml");
         let mut scenario = Scenario::of_text(Path::new(&file), &text)?;
-        scenario.fidelity = fidelity;
         scenario.agent.explore.rule = ExploreConfig::on_board(constants);
         Ok(Self { plan: plan.to_owned(), rule, drones, scenario, text })
     }

@@ -47,8 +47,8 @@ impl Choice {
         for plan in self.plans(seed) {
             for &rule in &self.rules {
                 for &drones in &self.drones {
-                    let text = plan.text(drones, self.has_fixes);
-                    cases.push(Case::of(&plan.name, text, drones, self.fidelity, rule)?);
+                    let text = plan.text(drones, self.has_fixes, self.fidelity);
+                    cases.push(Case::of(&plan.name, text, drones, rule)?);
                 }
             }
         }

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use scenario::Fidelity;
+
 /// A rectangle of free space: its western, southern, eastern and northern side, m.
 pub(super) type Room = [f32; 4];
 
@@ -151,16 +153,17 @@ impl Plan {
 
     /// The scenario in which so many drones explore this plan. Without fixes they know their places by
     /// their optic flow alone.
-    pub(super) fn text(&self, drones: usize, has_fixes: bool) -> String {
+    pub(super) fn text(&self, drones: usize, has_fixes: bool, fidelity: Fidelity) -> String {
         let [west, south, east, north] = self.extent();
         let base_m = HEAD_M - world::ROW_SPACING_M * drones as f32;
         let middle = 0.5 * ENTRANCE_M;
         let mut text = format!(
             "title = \"{drones} drones explore the plan {}\"\nduration_s = {DURATION_S:.0}\n\
-             mission = \"explore\"\n\n\
+             mission = \"explore\"\nfidelity = \"{}\"\n\n\
              [tunnel]\nwidth_m = {ENTRANCE_WIDTH_M}\ncentre_line_m = [[{base_m:.2}, 0.0], [0.0, 0.0]]\n\n\
              [[tunnel.room]]\ncentre_m = [{:.2}, 0.0]\nsize_m = [{:.2}, {ENTRANCE_WIDTH_M}]\n\n",
             self.name,
+            fidelity.name(),
             -middle + 0.05,
             ENTRANCE_M + 0.1,
         );

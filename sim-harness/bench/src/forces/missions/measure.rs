@@ -28,10 +28,9 @@ impl Case {
         loses_one: bool,
         fidelity: Fidelity,
     ) -> Result<Self, InputError> {
-        let text = place.text(drones, loses_one);
+        let text = place.text(drones, loses_one, fidelity);
         let file = format!("{}-{drones}.toml", place.name);
-        let mut scenario = Scenario::of_text(Path::new(&file), &text)?;
-        scenario.fidelity = fidelity;
+        let scenario = Scenario::of_text(Path::new(&file), &text)?;
         Ok(Self { place: place.name, drones, scenario, text })
     }
 }
@@ -53,7 +52,7 @@ impl Flown {
             "lost": it.lost,
             "surveyed_s": number(it.surveyed_s),
             "gathered_s": number(it.gathered_s),
-            "across_s": number(it.across_s),
+            "landed_s": number(it.across_s),
             "closest_m": number(it.closest_drones_m),
             "unfinished": it.unfinished,
             "wrong": self.judgement.failures.iter().map(Failure::name).collect::<Vec<_>>(),
@@ -109,7 +108,8 @@ impl Row {
             "good": self.good(),
             "covered": self.covered(),
             "touched": self.touched(),
-            "across_s": self.mean_s(|swarm| swarm.across_s),
+            "surveyed_s": self.mean_s(|swarm| swarm.surveyed_s),
+            "landed_s": self.mean_s(|swarm| swarm.across_s),
             "closest_m": self.closest_m(),
             "missions": self.flown.iter().map(Flown::json).collect::<Vec<_>>(),
         })

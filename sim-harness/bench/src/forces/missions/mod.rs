@@ -95,7 +95,7 @@ pub(super) fn bench(choice: &Choice, session: &mut Session<'_>) -> Result<Outcom
 
 fn table(choice: &Choice, rows: &[Row]) -> String {
     let mut text = format!(
-        "forces: missions of drones, {} a row, level {}{}; good: both areas covered, no touch, all \
+        "forces: missions of drones, {} a row, level {}{}; good: 99 % of both areas covered, no touch, all \
          landed where they should; bound {}\n\n  {:7} {:>6} {:>5} {:>5} {:>8} {:>7} {:>10} {:>8} \
          {:>9}  {}\n",
         choice.runs,
@@ -109,7 +109,7 @@ fn table(choice: &Choice, rows: &[Row]) -> String {
         "covered",
         "touched",
         "surveyed s",
-        "across s",
+        "landed s",
         "closest m",
         "what was wrong",
     );

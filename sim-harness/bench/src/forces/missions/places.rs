@@ -2,17 +2,19 @@
 
 use std::fmt::Write;
 
+use scenario::Fidelity;
 use units::Point2;
 
 /// The extent of each area to the north, m: the paper's.
 const AREA_NORTH_M: f32 = 7.5;
 /// The extent of each area to the east for each drone, m, and for six drones and more: with the paper's 9 m for
-/// six of them each drone surveys as much, and one battery lasts for both areas.
+/// six of them one battery lasts for both areas, and in smaller swarms each drone surveys as much.
 const AREA_EAST_M: f32 = 1.5;
 const LARGEST_EAST_M: f32 = 9.0;
 /// An area ends so far before the wall in which the passage begins, m: D_int of the paper.
 const FORECOURT_M: f32 = 0.75;
-/// The rooms reach so far beyond the areas, m: D_int of the paper, and some more where the drones stand.
+/// The rooms reach so far beyond the outer ends of the areas, m: D_int of the paper, and some more where the
+/// drones stand. To the sides it is D_int.
 const AROUND_M: f32 = 0.95;
 /// The base stands so far within its room, m.
 const BASE_M: f32 = 0.5;
@@ -24,11 +26,11 @@ const WIDTHS_M: [f32; 3] = [0.95, 1.51, 2.26];
 const BEND_M: f32 = 1.5;
 /// Half the length of what narrows a passage, m: the wedges of e, and the blunt narrowing.
 const HALF_NARROWING_M: f32 = 0.5;
-/// A step of a wall is drawn over so much of the way, m.
+/// A step in the width of a gallery is a slope so long, m.
 const STEP_M: f32 = 0.01;
 /// A mission lasts so long, s: a battery, and the time to land.
 const DURATION_S: f32 = 420.0;
-/// The way of drones through passages that rooms make is a gallery so narrow, m, which adds no space.
+/// The gallery through rooms, and through passages that rooms make, is so narrow, m, that it adds no space.
 const THIN_M: f32 = 0.5;
 /// Where a drone is lost, it is this one, and then, s.
 const LOST: (usize, f32) = (1, 40.0);
@@ -59,10 +61,12 @@ const C: f32 = WIDTHS_M[2];
 const MIDDLE: f32 = 0.5 * LENGTH_M;
 /// The width of d across its legs, whose walls are 1.51 m apart from south to north.
 const ACROSS_D: f32 = B * 0.894_427_2;
+/// How far the legs of d reach into the rooms, to the west or east and to the south, m.
+const IN_ROOM_D: (f32, f32) = (1.0, 0.5);
 const FROM: f32 = MIDDLE - HALF_NARROWING_M;
 const TO: f32 = MIDDLE + HALF_NARROWING_M;
 
-/// The passages. Those from `pillar` on are of this project: the paper speaks of obstacles in a passage,
+/// The passages. Those from `blunt` on are of this project: the paper speaks of obstacles in a passage,
 /// and has no figure of one.
 pub(super) const PLACES: [Place; 9] = [
     gallery("a", "straight, for a queue", &[(0.0, 0.0, A), (LENGTH_M, 0.0, A)]),
@@ -71,7 +75,12 @@ pub(super) const PLACES: [Place; 9] = [
     gallery(
         "d",
         "as wide as b, with a corner in the middle",
-        &[(0.0, 0.0, ACROSS_D), (MIDDLE, BEND_M, ACROSS_D), (LENGTH_M, 0.0, ACROSS_D)],
+        // Its legs begin in the rooms, so that nothing of their bends there is in the passage.
+        &[
+            (-IN_ROOM_D.0, -IN_ROOM_D.1, ACROSS_D),
+            (MIDDLE, BEND_M, ACROSS_D),
+            (LENGTH_M + IN_ROOM_D.0, -IN_ROOM_D.1, ACROSS_D),
+        ],
     ),
     gallery(
         "e",
@@ -140,13 +149,14 @@ const fn gallery(
 impl Place {
     /// The scenario in which so many drones survey the area before this passage, cross it, and survey the
     /// area behind it. Where one is lost, it falls out of the swarm during the first survey.
-    pub(super) fn text(&self, drones: usize, loses_one: bool) -> String {
+    pub(super) fn text(&self, drones: usize, loses_one: bool, fidelity: Fidelity) -> String {
         let area_m = (AREA_EAST_M * drones as f32).min(LARGEST_EAST_M);
         let room_m = FORECOURT_M + area_m + AROUND_M;
         let mut text = format!(
             "title = \"{drones} drones survey two areas, with passage {} between them\"\n\
-             duration_s = {DURATION_S:.0}\nmission = \"swarm\"\n\n",
+             duration_s = {DURATION_S:.0}\nmission = \"swarm\"\nfidelity = \"{}\"\n\n",
             self.name,
+            fidelity.name(),
         );
         self.write_tunnel(&mut text, room_m);
         let mut rooms = vec![
@@ -195,9 +205,7 @@ impl Place {
                 line.iter().map(|&(x, y)| (Point2::new(x, y), THIN_M)).collect()
             }
         };
-        let width_at = |end: Option<&(Point2, f32)>| end.map_or(THIN_M, |(_, width)| *width);
-        let first = (ends[0], width_at(inner.first()));
-        let last = (ends[1], width_at(inner.last()));
+        let [first, last] = ends.map(|end| (end, THIN_M));
         let points: Vec<(Point2, f32)> = [first].into_iter().chain(inner).chain([last]).collect();
         let widths: Vec<String> = points.iter().map(|(_, width)| width.to_string()).collect();
         let line: Vec<String> =
