@@ -21,7 +21,8 @@ pub struct SwarmMetrics {
     pub surveyed_s: f32,
     /// When the first drone set out into the passage, s.
     pub gathered_s: f32,
-    /// When the last drone was through the passage and began to land, s.
+    /// When the last drone had flown the whole plan, with the second area where it is surveyed, and began to
+    /// land, s.
     pub across_s: f32,
     /// The least distance of two flying drones, five times a second, m.
     pub closest_drones_m: f32,
