@@ -49,6 +49,11 @@ pub(crate) fn mean(values: impl Iterator<Item = f32>) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
+/// A value without decimals, or a dash, as a cell of a table.
+pub(crate) fn shown(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"))
+}
+
 /// Writes a room of a scenario, by its western, southern, eastern and northern side, m.
 pub(crate) fn write_room(text: &mut String, [west, south, east, north]: &[f32; 4]) {
     // Writing to a string cannot fail.

@@ -317,7 +317,7 @@ fn mitres(
 mod tests {
     use super::*;
 
-    /// The side of the one room is 6 m, that of the other 6.0000002 m in the numbers of a scenario.
+    /// The side of the one room is 6 m, that of the other 6.0000005 m in the numbers of a scenario.
     #[test]
     fn rooms_that_meet_have_no_wall_between_them() {
         let mut layout = Layout::corridor(&[[0.0, 0.0], [10.0, 0.0]], 0.5);

@@ -40,7 +40,10 @@ pub struct SwarmConfig {
 }
 
 impl SwarmConfig {
-    /// On board drones keep less away from obstacles than points that know all of them.
+    /// On board drones keep less away from obstacles than the points of the paper, which know all of them. With
+    /// the points' 0.391 m none of ten swarms of two or six passed a pillar at flight level, where
+    /// the cones of rangers bring walls nearer, and with 0.36 m two of eight; with 0.34 m all do. Measured in
+    /// this project's simulator.
     const GUARD: Guard = Guard { obstacles: Metres(0.34), ..Guard::OURS };
 
     /// Six drones, the area of the paper and its passage c, which begins at the origin. At 0.3 m/s a

@@ -18,7 +18,7 @@ use scenario::Fidelity;
 use self::measure::{Case, Flown, Row, STOPS_S};
 use self::plans::Plan;
 use super::measure::Named;
-use crate::missions::tally;
+use crate::missions::{shown, tally};
 use crate::{Outcome, Session};
 
 /// What is flown.
@@ -109,7 +109,6 @@ fn table(choice: &Choice, rows: &[Row]) -> String {
         "after s",
         "what was wrong",
     );
-    let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |it| format!("{it:.0}"));
     for row in rows {
         let wrong = tally(row.flown.iter().flat_map(Flown::wrong));
         // Writing to a string cannot fail.

@@ -16,6 +16,7 @@ use scenario::Fidelity;
 
 use self::measure::{Case, Row};
 use self::places::{PLACES, Place};
+use crate::missions::shown;
 use crate::{Outcome, Session};
 
 /// The names of all places.
@@ -113,7 +114,6 @@ fn table(choice: &Choice, rows: &[Row]) -> String {
         "closest m",
         "what was wrong",
     );
-    let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |it| format!("{it:.0}"));
     for row in rows {
         // Writing to a string cannot fail.
         let _ = writeln!(

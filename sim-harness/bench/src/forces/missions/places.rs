@@ -41,7 +41,7 @@ pub(super) struct Place {
     pub(super) name: &'static str,
     /// What it is.
     pub(super) about: &'static str,
-    /// The width of its entrance, m.
+    /// The width of its entrance from south to north, m.
     width_m: f32,
     shape: Shape,
 }
@@ -69,12 +69,13 @@ const TO: f32 = MIDDLE + HALF_NARROWING_M;
 /// The passages. Those from `blunt` on are of this project: the paper speaks of obstacles in a passage,
 /// and has no figure of one.
 pub(super) const PLACES: [Place; 9] = [
-    gallery("a", "straight, for a queue", &[(0.0, 0.0, A), (LENGTH_M, 0.0, A)]),
-    gallery("b", "straight, for two rows", &[(0.0, 0.0, B), (LENGTH_M, 0.0, B)]),
-    gallery("c", "straight, for three rows", &[(0.0, 0.0, C), (LENGTH_M, 0.0, C)]),
+    gallery("a", "straight, for a queue", A, &[(0.0, 0.0, A), (LENGTH_M, 0.0, A)]),
+    gallery("b", "straight, for two rows", B, &[(0.0, 0.0, B), (LENGTH_M, 0.0, B)]),
+    gallery("c", "straight, for three rows", C, &[(0.0, 0.0, C), (LENGTH_M, 0.0, C)]),
     gallery(
         "d",
         "as wide as b, with a corner in the middle",
+        B,
         // Its legs begin in the rooms, so that nothing of their bends there is in the passage.
         &[
             (-IN_ROOM_D.0, -IN_ROOM_D.1, ACROSS_D),
@@ -85,11 +86,13 @@ pub(super) const PLACES: [Place; 9] = [
     gallery(
         "e",
         "as wide as b, with wedges that leave the width of a",
+        B,
         &[(0.0, 0.0, B), (FROM, 0.0, B), (MIDDLE, 0.0, A), (TO, 0.0, B), (LENGTH_M, 0.0, B)],
     ),
     gallery(
         "blunt",
         "as wide as b, with blocks that leave the width of a for a metre",
+        B,
         &[
             (0.0, 0.0, B),
             (FROM - STEP_M, 0.0, B),
@@ -136,13 +139,9 @@ pub(super) const PLACES: [Place; 9] = [
 const fn gallery(
     name: &'static str,
     about: &'static str,
+    width_m: f32,
     line: &'static [(f32, f32, f32)],
 ) -> Place {
-    // Passage d is as wide at its entrance, from south to north, as b is.
-    let width_m = match line {
-        [(_, _, width), ..] if *width != ACROSS_D => *width,
-        _ => B,
-    };
     Place { name, about, width_m, shape: Shape::Gallery(line) }
 }
 
