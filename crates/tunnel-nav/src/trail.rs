@@ -54,6 +54,10 @@ const FOLLOW: f32 = 0.05;
 /// The part of the distance from where the walls say the drone is that is taken for drift of the
 /// position in each round.
 const PULL: f32 = 0.2;
+/// The heading drifts by no more than this in a round, rad, 20° a minute: our own number, above what is left of a
+/// gyroscope whose offset was measured on the ground. Walls that ask for more are those of
+/// another gallery.
+const DRIFTS: f32 = 0.0012;
 /// The part of the distance from the path that is taken for drift of the position in each round,
 /// walls or not: 3 mm/s of drift stay below 3 cm.
 const LEAK: f32 = 0.02;
@@ -498,7 +502,11 @@ impl Trail {
         }
         let wrong = -self.off(0.0).0 - skew.0;
         if wrong.abs() < SAME {
-            self.drift = wrapped(self.drift + FOLLOW * wrong);
+            self.drift = wrapped(self.drift + (FOLLOW * wrong).clamp(-DRIFTS, DRIFTS));
+        }
+        // A crumb that the drone has just laid says where the drone is, and not where the middle is.
+        if !self.is_between() {
+            return;
         }
         // Across the gallery, and not across the leg here: a leg that leads across it would hold the place.
         let [_, left] = axes(self.heading - skew.0);

@@ -183,16 +183,44 @@ fn walls_correct_the_drift_of_the_gyro_but_not_a_turn() {
     for _ in 0..20 {
         trail.advance([-0.05, 0.0], Radians(core::f32::consts::FRAC_PI_2), Flies::TailFirst);
     }
-    for _ in 0..100 {
-        trail.advance([0.0, 0.0], Radians(core::f32::consts::FRAC_PI_2 + 0.3), Flies::NoseFirst);
-        trail.correct(Radians(0.0), 0.0);
-    }
-    assert!(trail.off(0.0).0.abs() < 0.01);
+    let drift = |trail: &mut Trail, rounds| {
+        for _ in 0..rounds {
+            let heading = Radians(core::f32::consts::FRAC_PI_2 + 0.3);
+            trail.advance([0.0, 0.0], heading, Flies::NoseFirst);
+            trail.correct(Radians(0.0), 0.0);
+        }
+    };
+    // A gyro drifts slowly: for some seconds the walls may be those of another gallery.
+    drift(&mut trail, 50);
+    assert!(trail.off(0.0).0.abs() > 0.2);
+    drift(&mut trail, 350);
+    assert!(trail.off(0.0).0.abs() < 0.02, "{:?}", trail.off(0.0));
     for _ in 0..100 {
         trail.advance([0.0, 0.0], Radians(core::f32::consts::FRAC_PI_2 + 1.8), Flies::NoseFirst);
         trail.correct(Radians(0.0), 0.0);
     }
     assert!(trail.off(0.0).0.abs() > 1.0);
+}
+
+#[test]
+fn walls_correct_a_place_beside_the_path_and_not_one_at_its_end() {
+    let mut trail = right_angle(4);
+    let heading = Radians(core::f32::consts::FRAC_PI_2);
+    let aside = |trail: &mut Trail| {
+        for _ in 0..500 {
+            trail.advance([0.0, 0.0], heading, Flies::Hovering);
+            trail.correct(Radians(0.0), -0.2);
+        }
+        trail.at()[0]
+    };
+    // The gallery leads along y, at x = 4 m; the walls say that the drone is 0.2 m to the right of its middle.
+    let at_end = aside(&mut trail);
+    assert!((at_end - 4.0).abs() < 0.02, "{at_end}");
+    for _ in 0..30 {
+        trail.advance([-0.05, 0.0], heading, Flies::TailFirst);
+    }
+    let beside = aside(&mut trail);
+    assert!((4.1..4.25).contains(&beside), "{beside}");
 }
 
 #[test]
