@@ -18,7 +18,7 @@ use self::slide::Slide;
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use crate::company::Company;
-use crate::fork::{Ended, Fork, Guide};
+use crate::fork::{Ended, Fork, Guide, beams};
 use crate::gallery::{Expected, Gallery};
 use crate::hits::Hits;
 use crate::margin::Margin;
@@ -185,12 +185,12 @@ const BESIDE: f32 = 0.5;
 const LOOK_AHEAD: f32 = 1.5;
 /// The farthest that the trail is read ahead, m.
 const FARTHEST_LOOK: f32 = 0.3;
+/// A wall has ended beside the drone where the front beam is longer than the rear one by more than this: the
+/// ratio test, 40 % of their mean.
+const ENDED: f32 = 1.5;
 /// This last part of the path counts as new ground for a drone that flies on, m: it must turn where
 /// the tunnel turns, and not where it stopped.
 const FRONTIER: f32 = 0.4;
-/// A drone that saw the tunnel open last so far ahead has come back from there: no side opens beside it.
-/// Half of the widest gallery that is not wide.
-const OPENED_AHEAD: Metres = Metres(1.4);
 /// The end of the path is near within this many crumbs, 1.6 m.
 const NEAR_END: i32 = 8;
 /// The path this far behind leads along the gallery by which the drone came to a bend, m.
@@ -416,16 +416,19 @@ impl Navigator {
     fn forget_walls(&mut self) {
         (self.left, self.right, self.opening) = (Track::Unknown, Track::Unknown, None);
         self.fork.forget_corners();
+        let Some(side) = self.fork.side() else { return };
+        let latest = self.bridge.latest();
         // It may have come back along the wall on the other side, from where it does not see the one
         // that leads into the branch.
-        let is_back = self.opened.is_some_and(|opened| opened - self.way > OPENED_AHEAD);
-        let sees = |side: Side| Margin::beams(self.bridge.latest(), side).is_nearer(Margin::KEPT);
-        if let Some(side) = self.fork.side()
-            && is_back
-            && sees(side.opposite())
-            && !sees(side)
-        {
+        let sees = |side: Side| Margin::beams(latest, side).is_nearer(Margin::KEPT);
+        if sees(side.opposite()) && !sees(side) {
             self.margin.cross();
+        }
+        // It may be beside the branch, into which its front beam looks: the wall there will not end once more.
+        let (front, rear) = beams(latest, side);
+        if let Some(length) = rear.length().filter(|rear| nearest(front) > ENDED * rear) {
+            let is_wide = self.margin.is_wide();
+            self.fork.see_ended(Ended { side, length, is_wide, is_lone: false });
         }
     }
 
@@ -874,10 +877,7 @@ fn pace(config: &NavConfig, ranges: &Diagonals) -> f32 {
 
 /// The part of a sideways velocity that is safe beside the obstacles on this side.
 fn room_beside(config: &NavConfig, ranges: &Diagonals, side: Side) -> f32 {
-    let [front, rear] = match side {
-        Side::Left => [ranges.nw, ranges.sw],
-        Side::Right => [ranges.ne, ranges.se],
-    };
+    let (front, rear) = beams(ranges, side);
     let nearest = nearest(front).min(nearest(rear));
     ((nearest - config.danger.0) / (config.slow_below.0 - config.danger.0)).clamp(0.0, 1.0)
 }

@@ -148,8 +148,8 @@ fn a_head_that_relays_at_home_leave_no_room_takes_the_branch_from_where_it_is() 
     let scenario = Scenario::read(&file).unwrap_or_else(|error| panic!("{error}"));
     let world = scenario.world();
     let way_on = world.skeleton().edge_named("way-on").unwrap();
-    // In one of four missions, 51 of 200 and 50 with the radio's times of before, the head is back in the
-    // dead end when the relay beside it has moved. Six seeds that all went well were luck.
+    // The choice counts while the head is beside the branch. Before the head knew that wall for one that had
+    // ended, it was back in the dead end in one of four missions, 51 of 200.
     let heeded = (1..=16).filter(|seed| {
         let mut mission = Mission::new(&scenario, &world, *seed);
         let mut heeds = false;
@@ -161,5 +161,5 @@ fn a_head_that_relays_at_home_leave_no_room_takes_the_branch_from_where_it_is() 
         heeds
     });
     let heeded = heeded.count();
-    assert!(heeded >= 9, "in {heeded} of 16 missions the head flew into the way on");
+    assert!(heeded >= 15, "in {heeded} of 16 missions the head flew into the way on");
 }

@@ -68,11 +68,20 @@ impl Junction {
     }
 }
 
+/// How far a drone backs out of the dead end.
+#[derive(Clone, Copy)]
+enum Out {
+    /// To before the junction.
+    Before,
+    /// To beside the branch that is chosen then, which one of its leading beams looks into.
+    Beside,
+}
+
 /// Looks into the dead end, backs out, flies to the end of the way on, and home again.
 ///
 /// # Errors
 /// What went wrong first.
-fn fly(junction: &Junction, width: f32, seed: u64) -> Result<(), String> {
+fn fly(junction: &Junction, width: f32, out: Out, seed: u64) -> Result<(), String> {
     let mut random = Random::new(seed);
     let side = if seed.is_multiple_of(2) { 1.0 } else { -1.0 };
     let [on, dead] = junction.tunnels(width, side, random.between(2.0, 6.0));
@@ -82,7 +91,11 @@ fn fly(junction: &Junction, width: f32, seed: u64) -> Result<(), String> {
     // A leading beam sees the junction from here on.
     let widest = junction.dead_end.0.abs().max(junction.way_on.0.abs()).to_radians();
     let opens = turns_at - 0.5 * width * (1.0 + libm::tanf(0.5 * widest));
-    let out = opens - random.between(1.2, 2.0);
+    let out = match out {
+        Out::Before => opens - random.between(1.2, 2.0),
+        // Between where the beam that leads sees the corner and where the drone is abeam of it.
+        Out::Beside => opens + random.between(0.2, 0.8) * 0.5 * width,
+    };
     let mut flight = Flight::new(&dead, 0.3, errors, random);
     flight.choose(Some(mirrored(junction.dead_end.1, side)));
     let end = dead.length() - 0.8;
@@ -95,15 +108,18 @@ fn fly(junction: &Junction, width: f32, seed: u64) -> Result<(), String> {
     flight.until(-back, "home", |flight| flight.way() < 0.7)
 }
 
-#[test]
-fn a_drone_that_backs_out_of_a_dead_end_takes_the_branch_that_is_chosen_then() {
+/// Flies at these junctions 20 times for each width.
+///
+/// # Panics
+/// If more than one in `per` flights fails.
+fn assert_heeded(junctions: &[&Junction], out: Out, per: u32) {
     let mut failed = BTreeMap::new();
     let (mut flown, mut count) = (0, 0);
-    for junction in &JUNCTIONS {
+    for junction in junctions {
         for width in WIDTHS {
             for seed in 0..20 {
                 flown += 1;
-                if let Err(why) = fly(junction, width, 11_000 + seed) {
+                if let Err(why) = fly(junction, width, out, 11_000 + seed) {
                     count += 1;
                     let key = format!("{}, {width} m", junction.name);
                     failed.entry(key).or_insert((0, why)).0 += 1;
@@ -111,5 +127,17 @@ fn a_drone_that_backs_out_of_a_dead_end_takes_the_branch_that_is_chosen_then() {
             }
         }
     }
-    assert!(count * 50 <= flown, "{count} of {flown}: {failed:#?}");
+    assert!(count * per <= flown, "{count} of {flown}: {failed:#?}");
+}
+
+#[test]
+fn a_drone_that_backs_out_of_a_dead_end_takes_the_branch_that_is_chosen_then() {
+    assert_heeded(&JUNCTIONS.each_ref(), Out::Before, 50);
+}
+
+/// The wall before the branch has ended beside such a drone already, and will not end once more.
+#[test]
+fn a_drone_that_has_backed_out_to_beside_the_branch_turns_into_it() {
+    let turns: Vec<_> = JUNCTIONS.iter().filter(|junction| junction.way_on.0 != 0.0).collect();
+    assert_heeded(&turns, Out::Beside, 50);
 }
