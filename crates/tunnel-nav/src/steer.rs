@@ -774,18 +774,16 @@ impl Navigator {
         let nearness = pace(config, ranges);
         let near = if self.margin.is_kept() { keep } else { keep.min(ASIDE) };
         let within = |beam: Range| nearest(beam).min(near);
-        let (lateral, yaw_rate) = match self.margin.crossing(config, ranges) {
-            Some(crossing) => (crossing.lateral, crossing.yaw_rate.unwrap_or(yaw_rate)),
-            None => (lateral, yaw_rate),
+        let sidestep = c_l * (within(ranges.nw) - within(ranges.ne));
+        let (lateral, yaw_rate) = match (self.margin.crossing(config, ranges), walls) {
+            (Some(crossing), _) => (crossing.lateral, crossing.yaw_rate.unwrap_or(yaw_rate)),
+            // On the way home the one wall may be that of a chamber, and hold the drone before the jamb of a throat.
+            (None, Walls::One(_)) if nearness < BLOCKED && self.fork.is_homing() => {
+                (sidestep, yaw_rate)
+            }
+            (None, _) => (lateral, yaw_rate),
         };
-        OneWay {
-            lateral,
-            yaw_rate,
-            sidestep: c_l * (within(ranges.nw) - within(ranges.ne)),
-            nearness,
-            pace: nearness.min(most),
-            walls,
-        }
+        OneWay { lateral, yaw_rate, sidestep, nearness, pace: nearness.min(most), walls }
     }
 
     /// The yaw rate with no wall to follow and an obstacle ahead: towards an open leading beam, else
