@@ -161,7 +161,7 @@ impl Corner {
     fn passed(&self, ranges: &Diagonals) -> Option<bool> {
         let [x, y] = in_frame(self.at, self.side, self.ahead);
         let bearing = libm::atan2f(y, x);
-        let (front, rear) = beams(ranges, self.side);
+        let (front, rear) = ranges.beams(self.side);
         let agree = front
             .length()
             .zip(rear.length())
@@ -300,7 +300,7 @@ impl Fork {
 
     /// Notes that a wall has ended, as these ranges show.
     pub(crate) fn see_end(&mut self, ended: Ended, ranges: &Diagonals) {
-        let (front, rear) = beams(ranges, ended.side);
+        let (front, rear) = ranges.beams(ended.side);
         let corner = Corner::new(ended, length(front) > length(rear), 1.0);
         let Some(heading) = self.heading else { return };
         self.corner_mut(ended.side).get_or_insert(corner);
@@ -357,7 +357,7 @@ impl Fork {
         let beyond = bearing - FRAC_PI_2;
         let around = speed.abs().min(FASTEST) / off.max(NEAREST) + TURN_GAIN * beyond;
         let orbit = if beyond >= 0.0 { around } else { 0.0 };
-        let (front, rear) = beams(ranges, corner.side);
+        let (front, rear) = ranges.beams(corner.side);
         let leading = length(if corner.ahead { front } else { rear });
         let wall = WALL_GAIN * (leading - SQRT_2 * corner.distance);
         let yaw_rate = orbit.min(wall);
@@ -366,14 +366,6 @@ impl Fork {
         let turns = if mirrored == corner.ahead { -yaw_rate } else { yaw_rate };
         let lateral = if mirrored { -lateral } else { lateral };
         Some(Turning { lateral, yaw_rate: turns, fastest: FASTEST })
-    }
-}
-
-/// The front beam and the rear beam of a side.
-pub(crate) const fn beams(ranges: &Diagonals, side: Side) -> (Range, Range) {
-    match side {
-        Side::Left => (ranges.nw, ranges.sw),
-        Side::Right => (ranges.ne, ranges.se),
     }
 }
 

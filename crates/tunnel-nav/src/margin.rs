@@ -148,11 +148,8 @@ impl Margin {
     pub(crate) fn crossing(&self, config: &NavConfig, ranges: &Diagonals) -> Option<Crossing> {
         let Keeps::Crossing(side) = self.keeps else { return None };
         let length = |beam: Range| beam.length().unwrap_or(config.reach.0).min(config.reach.0);
-        let [front, rear] = match side {
-            Side::Left => [ranges.nw, ranges.sw],
-            Side::Right => [ranges.ne, ranges.se],
-        }
-        .map(length);
+        let (front, rear) = ranges.beams(side);
+        let (front, rear) = (length(front), length(rear));
         let near = front.min(rear);
         let (lateral, turn) = if near < Self::KEPT {
             let turn = 2.0 * config.yaw_gain * (front - rear);
@@ -180,10 +177,8 @@ impl Margin {
 
     /// The beams of a side.
     pub(crate) fn beams(ranges: &Diagonals, side: Side) -> Beams {
-        match side {
-            Side::Left => Beams::new(ranges.nw, ranges.sw),
-            Side::Right => Beams::new(ranges.ne, ranges.se),
-        }
+        let (front, rear) = ranges.beams(side);
+        Beams::new(front, rear)
     }
 
     /// The ranges without those of a wide gallery's wall on the other side.

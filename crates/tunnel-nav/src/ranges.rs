@@ -2,6 +2,8 @@
 
 use units::Metres;
 
+use crate::Side;
+
 /// The measurement of one beam.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -58,6 +60,14 @@ pub struct Diagonals {
 }
 
 impl Diagonals {
+    /// The front beam and the rear beam of a side.
+    pub(crate) const fn beams(&self, side: Side) -> (Range, Range) {
+        match side {
+            Side::Left => (self.nw, self.sw),
+            Side::Right => (self.ne, self.se),
+        }
+    }
+
     /// No beam was measured.
     pub const UNKNOWN: Self =
         Self { nw: Range::Invalid, ne: Range::Invalid, sw: Range::Invalid, se: Range::Invalid };

@@ -38,7 +38,7 @@ use units::{
 
 use crate::steer::push_away;
 use crate::{Diagonals, NavCommand, NavConfig, Range, Side, Walls};
-use look::{Seen, beams, leading, look, nearer_wall};
+use look::{Seen, leading, look, nearer_wall};
 use place::{Kind, Spare, Stretch};
 
 /// The constants of the search.
@@ -568,7 +568,7 @@ impl SpotSearch {
         if distance > config.beside.0 || skew.abs() > ALONG {
             return None;
         }
-        let (front, rear) = beams(&view.ranges, self.side()?.opposite());
+        let (front, rear) = view.ranges.beams(self.side()?.opposite());
         // A beam that sees nothing reaches farther than the width.
         let is_wide = |beam: Range| {
             beam.length().is_none_or(|beam| beam * FRAC_1_SQRT_2 >= config.free_width.0)

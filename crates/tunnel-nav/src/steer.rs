@@ -8,24 +8,26 @@ mod dither;
 mod home;
 mod look;
 mod lost;
+mod one_way;
 mod place;
 mod slide;
 
 use self::detour::Detour;
 use self::dither::Dither;
 use self::lost::Lost;
+use self::one_way::OneWay;
 use self::slide::Slide;
 use units::{Metres, MetresPerSecond, Radians, RadiansPerSecond};
 
 use crate::company::Company;
-use crate::fork::{Ended, Fork, Guide, beams};
+use crate::fork::{Ended, Fork, Guide};
 use crate::gallery::{Expected, Gallery};
 use crate::hits::Hits;
 use crate::margin::Margin;
 use crate::ranges::Bridge;
 use crate::scan::Scan;
 use crate::trail::{Flies, Trail};
-use crate::wall::{Beams, SAME_GALLERY, Track, Wall};
+use crate::wall::{Beams, SAME_GALLERY, Track};
 use crate::{Diagonals, Range};
 
 /// A side of the drone.
@@ -164,9 +166,6 @@ const ROUND: f32 = 0.2;
 /// A wall is the only one where the drone has seen none on the other side for so far, m: the way through a
 /// crossing of two galleries that are 2.2 m wide is shorter.
 const LONE: f32 = 2.5;
-/// On known ground, where the path leads, only an obstacle nearer than this moves the drone aside, m along
-/// the beam: the path leads round the inner corner of a bend at 0.38 m or more.
-const ASIDE: f32 = 0.6;
 /// On the way home the path was flown long ago, and the place on it is known to within this many crumbs of
 /// 0.2 m: 1.6 m, as in 25 m of flight at 3 % and past bends that were cut.
 const UNSURE: i32 = 8;
@@ -178,9 +177,6 @@ const CORNER: f32 = 3.5;
 /// A side of which one beam is shorter than this part of its usual length does not open, however
 /// long the other beam is: the drone stands at an angle before a wall there.
 const ASKEW: f32 = 0.5;
-/// An obstacle is beside the drone, and not ahead of it, where one leading beam is shorter than this
-/// part of the other: both see a wall ahead, at up to 10° from square to it within 0.7.
-const BESIDE: f32 = 0.5;
 /// The time ahead for which the trail is read, s.
 const LOOK_AHEAD: f32 = 1.5;
 /// The farthest that the trail is read ahead, m.
@@ -195,10 +191,8 @@ const FRONTIER: f32 = 0.4;
 const NEAR_END: i32 = 8;
 /// The path this far behind leads along the gallery by which the drone came to a bend, m.
 const BEFORE_BEND: f32 = 1.5;
-/// Before a wall, the path this far ahead says to which side the tunnel turns, m, …
+/// Before a wall, the path this far ahead says to which side the tunnel turns, m.
 const HINT: f32 = 0.4;
-/// … where its heading there differs by more than this, rad.
-const BENT: f32 = 0.35;
 /// The gain, in 1/s, by which the trail holds the nose where walls decide: enough against a nose
 /// that turns freely in a bend, and an eighth of what two walls do.
 const HOLD_GAIN: f32 = 0.3;
@@ -425,7 +419,7 @@ impl Navigator {
             self.margin.cross();
         }
         // It may be beside the branch, into which its front beam looks: the wall there will not end once more.
-        let (front, rear) = beams(latest, side);
+        let (front, rear) = latest.beams(side);
         if let Some(length) = rear.length().filter(|rear| nearest(front) > ENDED * rear) {
             let is_wide = self.margin.is_wide();
             self.fork.see_ended(Ended { side, length, is_wide, is_lone: false });
@@ -702,180 +696,11 @@ impl Navigator {
             }
         }
     }
-
-    /// The walls to steer by. Where the tunnel opened to a side, a wall on that side alone is that of
-    /// another gallery.
-    fn walls(&self, ranges: &Diagonals) -> (Option<Wall>, Option<Wall>) {
-        let left = self.left.wall(Beams::new(ranges.nw, ranges.sw));
-        let right = self.right.wall(Beams::new(ranges.ne, ranges.se));
-        match (left, right, self.opening) {
-            (Some(_), None, Some((Side::Left, _))) | (None, Some(_), Some((Side::Right, _))) => {
-                (None, None)
-            }
-            _ => (left, right),
-        }
-    }
-
-    /// The command for one direction of flight; `hint` is the angle by which the path turns there.
-    fn one_way(&self, config: &NavConfig, ranges: &Diagonals, hint: f32) -> OneWay {
-        let (c_l, c_r) = (config.lateral_gain, config.yaw_gain);
-        let (left, right) = self.walls(ranges);
-        let ends = self.ends_towards(ranges, [left, right]);
-        let keep = self.centred.max(config.wall_distance.0).min(WIDEST * config.reach.0);
-        // The branch may be narrower than the gallery before: along the chosen wall alone the drone
-        // keeps near it, until it sees both.
-        let keep = match (left, right, self.fork.side()) {
-            (Some(_), None, Some(Side::Left)) | (None, Some(_), Some(Side::Right)) => {
-                keep.min(self.margin.nearest().unwrap_or(Fork::NEAR))
-            }
-            _ => keep,
-        };
-        // An obstacle that the beam over the lost wall sees nearer than the wall that is kept is
-        // ahead, and the tunnel turns to the lost side. But where no side has opened, one that only
-        // this beam sees is beside the drone, on that very side.
-        let ahead = |over_lost: Range, over_kept: Range| {
-            let turn = c_r * (keep - nearest(over_lost)).max(0.0);
-            let is_beside =
-                self.opening.is_none() && nearest(over_lost) < BESIDE * nearest(over_kept);
-            if is_beside { -turn } else { turn }
-        };
-        // Where both beams over the lost wall end nearer than the wall that is kept, the gallery has become
-        // narrower than the drone knows: it keeps the middle.
-        let keep_by = |kept: f32, front: Range, rear: Range| {
-            let other = nearest(front).max(nearest(rear));
-            if other < kept { keep.min(0.5 * (kept + other)) } else { keep }
-        };
-        let turn = config.max_yaw_rate.0;
-        let (lateral, yaw_rate, walls) = match (left, right) {
-            // The gallery ends ahead and goes on at the side that has opened.
-            _ if ends == Some(Side::Right) => (0.0, -turn, Walls::Neither),
-            _ if ends == Some(Side::Left) => (0.0, turn, Walls::Neither),
-            // Both leading beams end at a wall ahead: the gallery ends, and its sides are not seen ahead.
-            (Some(l), Some(r)) if l.ends() && r.ends() => (0.0, 0.0, Walls::Both),
-            // Equation (17).
-            (Some(l), Some(r)) => {
-                (c_l * (l.front - r.front), c_r * (l.excess() - r.excess()), Walls::Both)
-            }
-            // Equation (18), and its mirror image.
-            (Some(l), None) => {
-                let yaw_rate = 2.0 * c_r * l.excess() - ahead(ranges.ne, ranges.nw);
-                let keep = keep_by(l.front, ranges.ne, ranges.se);
-                (c_l * (l.front - keep), yaw_rate, Walls::One(Side::Left))
-            }
-            (None, Some(r)) => {
-                let yaw_rate = -2.0 * c_r * r.excess() + ahead(ranges.nw, ranges.ne);
-                let keep = keep_by(r.front, ranges.nw, ranges.sw);
-                (c_l * (keep - r.front), yaw_rate, Walls::One(Side::Right))
-            }
-            (None, None) => (0.0, self.turn_to_open(config, ranges, hint), Walls::Neither),
-        };
-        let turns_away = walls == Walls::Neither && yaw_rate != 0.0;
-        let most = if turns_away { LEAST_PACE } else { 1.0 };
-        let nearness = pace(config, ranges);
-        let near = if self.margin.is_kept() { keep } else { keep.min(ASIDE) };
-        let within = |beam: Range| nearest(beam).min(near);
-        let sidestep = c_l * (within(ranges.nw) - within(ranges.ne));
-        let (lateral, yaw_rate) = match (self.margin.crossing(config, ranges), walls) {
-            (Some(crossing), _) => (crossing.lateral, crossing.yaw_rate.unwrap_or(yaw_rate)),
-            // On the way home the one wall may be that of a chamber, and hold the drone before the jamb of a throat.
-            (None, Walls::One(_)) if nearness < BLOCKED && self.fork.is_homing() => {
-                (sidestep, yaw_rate)
-            }
-            (None, _) => (lateral, yaw_rate),
-        };
-        OneWay { lateral, yaw_rate, sidestep, nearness, pace: nearness.min(most), walls }
-    }
-
-    /// The yaw rate with no wall to follow and an obstacle ahead: towards an open leading beam, else
-    /// to the side that has opened, else to the side to which the end of the path turned, else
-    /// towards the longer leading beam, or the preferred side where they are alike.
-    fn turn_to_open(&self, config: &NavConfig, ranges: &Diagonals, hint: f32) -> f32 {
-        let length = |beam: Range| nearest(beam).min(config.reach.0);
-        let (left, right) = (length(ranges.nw), length(ranges.ne));
-        // To fly straight on, the drone passes the corners of the galleries that cross.
-        let turns_below = match self.fork.goes_straight() {
-            true => config.slow_below.0,
-            false => TURN_BELOW * config.wall_distance.0,
-        };
-        if left.min(right) > turns_below {
-            return 0.0;
-        }
-        let is_open = |length: f32| length > SAME_GALLERY * self.centred;
-        // Where nothing opens before a wall that both leading beams see the gallery ends, and no turn leads
-        // on.
-        let beams = [ranges.nw, ranges.ne, ranges.sw, ranges.se];
-        let is_square = left.min(right) >= BESIDE * left.max(right);
-        if self.opening.is_none() && is_square && beams.iter().all(|beam| !is_open(nearest(*beam)))
-        {
-            return 0.0;
-        }
-        // A front beam that looks past the corner of the bend ends there; where the rear beam of the side that
-        // has opened looks far, that side leads on.
-        let leads_on =
-            |side: Side, rear: Range| self.bends_to == Some(side) && is_open(nearest(rear));
-        let alike = (left - right).abs() < 0.1 * (left + right);
-        let to_left = match (is_open(left), is_open(right), self.opening) {
-            _ if self.led_back.is_some() => {
-                self.led_back.is_some_and(|(side, _)| side == Side::Right)
-            }
-            (true, false, Some((Side::Right, _)))
-                if leads_on(Side::Right, ranges.se) && left < config.reach.0 =>
-            {
-                false
-            }
-            (false, true, Some((Side::Left, _)))
-                if leads_on(Side::Left, ranges.sw) && right < config.reach.0 =>
-            {
-                true
-            }
-            (true, false, _) => true,
-            (false, true, _) => false,
-            // An obstacle that one beam alone sees is beside the drone.
-            _ if left < BESIDE * right => false,
-            _ if right < BESIDE * left => true,
-            (_, _, Some((side, _))) => side == Side::Left,
-            _ if hint.abs() > BENT => hint > 0.0,
-            _ if alike => self.fork.side().unwrap_or(config.prefer) == Side::Left,
-            _ => left > right,
-        };
-        let turn = config.max_yaw_rate.0;
-        if to_left { turn } else { -turn }
-    }
-}
-
-/// The command for a drone that flies nose first.
-struct OneWay {
-    lateral: f32,
-    yaw_rate: f32,
-    /// The sideways velocity that passes the obstacles before the leading beams.
-    sidestep: f32,
-    /// The part of the speed that is safe before these obstacles, 0 to 1.
-    nearness: f32,
-    /// The part of the speed that is safe for a drone that turns away from them, 0 to 1.
-    pace: f32,
-    walls: Walls,
-}
-
-/// With no wall at its side a drone turns away from an obstacle that is nearer than this many times
-/// the distance at which it would follow it.
-const TURN_BELOW: f32 = 1.6;
-
-/// A single wall is kept no farther than this part of the ranger's reach.
-const WIDEST: f32 = 0.6;
-
-/// The part of the speed that is safe before the obstacles that the leading beams see.
-fn pace(config: &NavConfig, ranges: &Diagonals) -> f32 {
-    if (ranges.nw, ranges.ne) == (Range::Invalid, Range::Invalid) {
-        // A drone without a valid range does not fly.
-        return 0.0;
-    }
-    let nearest = nearest(ranges.nw).min(nearest(ranges.ne));
-    ((nearest - config.danger.0) / (config.slow_below.0 - config.danger.0)).clamp(0.0, 1.0)
 }
 
 /// The part of a sideways velocity that is safe beside the obstacles on this side.
 fn room_beside(config: &NavConfig, ranges: &Diagonals, side: Side) -> f32 {
-    let (front, rear) = beams(ranges, side);
+    let (front, rear) = ranges.beams(side);
     let nearest = nearest(front).min(nearest(rear));
     ((nearest - config.danger.0) / (config.slow_below.0 - config.danger.0)).clamp(0.0, 1.0)
 }

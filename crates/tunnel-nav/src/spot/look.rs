@@ -39,17 +39,9 @@ pub(super) fn nearer_wall(ranges: &Diagonals, is_open: [bool; 2]) -> Option<(Sid
     sides.min_by(|(_, a), (_, b)| a.total_cmp(b))
 }
 
-/// The front beam and the rear beam of a side.
-pub(super) const fn beams(ranges: &Diagonals, side: Side) -> (Range, Range) {
-    match side {
-        Side::Left => (ranges.nw, ranges.sw),
-        Side::Right => (ranges.ne, ranges.se),
-    }
-}
-
 /// What the two beams of a side see.
 pub(super) fn look(ranges: &Diagonals, side: Side) -> Seen {
-    let (front, rear) = beams(ranges, side);
+    let (front, rear) = ranges.beams(side);
     if front == Range::Invalid || rear == Range::Invalid {
         return Seen::Unknown;
     }

@@ -194,7 +194,7 @@ fn walls_correct_the_drift_of_the_gyro_but_not_a_turn() {
     drift(&mut trail, 150);
     assert!(trail.off(0.0).0.abs() > 0.2);
     drift(&mut trail, 850);
-    assert!(trail.off(0.0).0.abs() < 0.02, "{:?}", trail.off(0.0));
+    assert!(trail.off(0.0).0.abs() < 0.01, "{:?}", trail.off(0.0));
     for _ in 0..100 {
         trail.advance([0.0, 0.0], Radians(core::f32::consts::FRAC_PI_2 + 1.8), Flies::NoseFirst);
         trail.correct(Radians(0.0), 0.0);
