@@ -147,7 +147,8 @@ fn rest(flight: &mut Flight, rest: Rest, goal: f32, random: &mut Random) -> Resu
     Ok(())
 }
 
-/// The closed loops of a mission, in single right angles: no more than one drone in 200 is reversed.
+/// The closed loops of a mission, in single right angles: no more than 3 of 960 drones are reversed. Without a bound
+/// on the drift of the heading 2 were.
 #[test]
 fn a_relay_in_a_right_angle_keeps_its_nose() {
     let mut failures = Vec::new();
@@ -167,7 +168,7 @@ fn a_relay_in_a_right_angle_keeps_its_nose() {
             }
         }
     }
-    assert!(200 * failures.len() <= flown, "of {flown}: {failures:#?}");
+    assert!(failures.len() <= 3, "{} of {flown}: {failures:#?}", failures.len());
 }
 
 /// A drone that is set into a right angle, where it has seen neither gallery alone, and flies at once

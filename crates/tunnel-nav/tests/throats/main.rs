@@ -55,13 +55,13 @@ fn a_drone_that_stands_beside_the_throat_finds_it() {
     }
 }
 
-/// By chambers of 1.4 to 3 m and galleries from 0.6 m on, with `SEEDS` of them. Of 1,000, 12 stand:
-/// half on the way home, of which most have turned round in the chamber, and half on the way out.
+/// By chambers of 1.4 to 3 m and galleries from 0.6 m on, with `SEEDS` of them. Of 1,000, 9 stand:
+/// 4 on the way home and 5 on the way out.
 #[test]
 fn drones_get_home_through_throats() {
     let seeds = std::env::var("SEEDS").ok().and_then(|n| n.parse().ok()).unwrap_or(1_000);
     let failed: Vec<_> = (1..=seeds).filter_map(|seed| fly(seed).err()).collect();
     let stand = failed.iter().filter(|what| what.contains("stands")).count();
     println!("{} failed of {seeds}, {stand} stand\n{}", failed.len(), failed.join("\n"));
-    assert!(stand * 1_000 <= 12 * seeds as usize, "{stand} of {seeds} drones stand");
+    assert!(stand * 1_000 <= 9 * seeds as usize, "{stand} of {seeds} drones stand");
 }
