@@ -7,6 +7,9 @@ use crate::pictures::{
     Variant, figure3,
 };
 
+/// The runs that the curves of convergence count.
+const SETTLES: &str = "not settled to 3 dB yet";
+
 /// The whole figure on one page.
 ///
 /// # Errors
@@ -40,6 +43,7 @@ pub fn picture(figures: &Figures, runs: usize) -> Result<Picture, PictureError> 
 pub fn resting_chart(figures: &Figures) -> SurvivalChart {
     SurvivalChart {
         title: "Relays anywhere, head at rest".into(),
+        pending: SETTLES.into(),
         time_name: "Time since the start, s".into(),
         until: RESTING_US as f64 * 1e-6,
         groups: groups(figures, |cell| {
@@ -53,6 +57,7 @@ pub fn resting_chart(figures: &Figures) -> SurvivalChart {
 pub fn convergence_chart(figures: &Figures) -> SurvivalChart {
     SurvivalChart {
         title: "After the head's stop".into(),
+        pending: SETTLES.into(),
         time_name: "Time since the head's stop, s".into(),
         until: figures.rest_us as f64 * 1e-6,
         groups: explorations(figures, |explored| explored.settled_s),

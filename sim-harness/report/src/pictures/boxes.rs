@@ -69,18 +69,23 @@ pub(super) fn picture(chart: &BoxChart) -> Result<Picture, PictureError> {
 
 /// What the marks mean, and how many runs a box stands for.
 fn legend(chart: &BoxChart) -> String {
-    let counts = || chart.groups.iter().flat_map(|group| &group.series).map(|it| it.values.len());
-    let runs = match (counts().min(), counts().max()) {
-        (Some(least), Some(most)) if least == most => format!("{} each", counted(most, "run")),
-        (Some(least), Some(most)) => format!("{least} to {most} runs each"),
-        _ => "no runs".to_owned(),
-    };
+    let runs = runs_of(chart.groups.iter().flat_map(|group| &group.series));
     let told = if chart.groups.iter().any(|group| group.told.is_some()) {
         "; white: mean; dashed: the paper's mean"
     } else {
         ""
     };
     format!("Box: quartiles; whiskers: within 1.5 boxes of it; {runs}{told}")
+}
+
+/// How many runs each of the series stands for, in words.
+pub(super) fn runs_of<'a>(series: impl Iterator<Item = &'a RunValues> + Clone) -> String {
+    let counts = series.map(|it| it.values.len());
+    match (counts.clone().min(), counts.max()) {
+        (Some(least), Some(most)) if least == most => format!("{} each", counted(most, "run")),
+        (Some(least), Some(most)) => format!("{least} to {most} runs each"),
+        _ => "no runs".to_owned(),
+    }
 }
 
 /// The chart, as large as the area.

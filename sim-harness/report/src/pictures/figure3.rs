@@ -73,7 +73,7 @@ pub(super) fn picture(figure: &Figure3<'_>) -> Result<Picture, PictureError> {
         exploration_row(&part(&body, (0.0, from), (width, middle)), &figure.exploration)?;
         from += middle + GUTTER;
         let curves = part(&body, (0.0, from), (width, CURVES));
-        survival::row(&curves, &figure.convergence, "E\u{2003}")?;
+        survival::rows(&curves, &figure.convergence, "E\u{2003}")?;
         from += CURVES + GUTTER;
         let boxes = part(&body, (0.0, from), (width, BOXES));
         boxes::panel(&boxes, &figure.variance, &format!("F\u{2003}{}", figure.variance.title))?;

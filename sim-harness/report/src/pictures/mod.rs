@@ -201,6 +201,7 @@ mod tests {
     fn curves() -> SurvivalChart {
         SurvivalChart {
             title: "Convergence".to_owned(),
+            pending: "not settled yet".to_owned(),
             time_name: "Time, s".to_owned(),
             until: 10.0,
             groups: charts().groups,

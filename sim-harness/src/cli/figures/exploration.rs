@@ -10,7 +10,8 @@ use measure::campaign::quantile_of;
 use measure::claim::Claim;
 use report::Folder;
 use report::pictures::{
-    BoxChart, Curve, GrowthChart, Growths, RunGroup, RunValues, box_plots, growths,
+    BoxChart, Curve, GrowthChart, Growths, RunGroup, RunValues, SurvivalChart, box_plots, growths,
+    survival,
 };
 use terminal::Progress;
 
@@ -38,27 +39,19 @@ pub(super) fn make(
     let summary = figures.json(seed);
     if let Some(folder) = folder {
         folder.put_json("summary.json", &summary)?;
-        let overlap = |run: &Outcome| run.overlap;
-        let boxes = [
-            (
-                "figure-3-18",
-                "Thesis, figure 3.18 again: known to several",
-                "Part of the known",
-                overlap as fn(&Outcome) -> f32,
-                1,
-            ),
+        let overlaps = "Thesis, figure 3.18 again: known to several";
+        report::put_picture(folder, "figure-3-18", &box_plots(&boxed(&figures, overlaps))?)?;
+        for (name, title, time_name, of) in [
             (
                 "figure-3-21",
                 "Thesis, figure 3.21 again: the way of a robot to 99 %",
-                "Way, m",
-                way_m,
-                0,
+                "Way of a robot, m",
+                way_m as fn(&Outcome) -> f32,
             ),
-            ("figure-3-22", "Thesis, figure 3.22 again: the time to 99 %", "Time, s", time_s, 0),
-        ];
-        for (name, title, value_name, of, alone) in boxes {
-            let chart = boxed(&figures, title, value_name, of, alone);
-            report::put_picture(folder, name, &box_plots(&chart)?)?;
+            ("figure-3-22", "Thesis, figure 3.22 again: the time to 99 %", "Time, s", time_s),
+        ] {
+            let chart = curves(&figures, title, time_name, of);
+            report::put_picture(folder, name, &survival(&chart)?)?;
         }
         report::put_picture(folder, "figure-3-19", &growths(&grown(&figures))?)?;
         watched::put(folder, &figures)?;
@@ -66,14 +59,39 @@ pub(super) fn make(
     Ok(Figured { table: table(&figures), summary, seeds: seeds(seed, count) })
 }
 
-/// A quantity of all runs, by rule and number of robots but for the first so many.
-fn boxed(
+/// The part of what is known that several robots know, by rule and number of robots.
+fn boxed(figures: &Figures, title: &str) -> BoxChart {
+    BoxChart {
+        title: title.into(),
+        value_name: "Part of the known".into(),
+        infinite_name: "never".into(),
+        is_logarithmic: false,
+        // One robot knows nothing together with another.
+        groups: groups(figures, 1, |run| run.overlap),
+    }
+}
+
+/// What a robot needs to know 99 % of the room, of all runs by rule and number of robots: also of those that
+/// never know so much.
+fn curves(
     figures: &Figures,
     title: &str,
-    value_name: &str,
+    time_name: &str,
     of: fn(&Outcome) -> f32,
-    left_out: usize,
-) -> BoxChart {
+) -> SurvivalChart {
+    let groups = groups(figures, 0, of);
+    SurvivalChart {
+        title: title.into(),
+        pending: "that do not know 99 % yet".into(),
+        time_name: time_name.into(),
+        until: SurvivalChart::end_of(&groups),
+        groups,
+    }
+}
+
+/// A quantity of all runs: a group for each rule, with a series for each number of robots but for the first
+/// so many.
+fn groups(figures: &Figures, left_out: usize, of: fn(&Outcome) -> f32) -> Vec<RunGroup> {
     let series = |rule: &str| {
         let rows = ROBOTS.iter().skip(left_out).filter_map(|robots| figures.row(rule, *robots));
         rows.map(|row| RunValues {
@@ -82,20 +100,12 @@ fn boxed(
         })
         .collect()
     };
-    BoxChart {
-        title: title.into(),
-        value_name: value_name.into(),
-        infinite_name: "never".into(),
-        is_logarithmic: false,
-        groups: RULES
-            .iter()
-            .map(|(rule, label)| RunGroup {
-                label: (*label).into(),
-                series: series(rule),
-                told: None,
-            })
-            .collect(),
-    }
+    let group = |(rule, label): &(&str, &str)| RunGroup {
+        label: (*label).into(),
+        series: series(rule),
+        told: None,
+    };
+    RULES.iter().map(group).collect()
 }
 
 /// What is known over time.

@@ -7,7 +7,7 @@ use benchmarks::forces::figures::{self, Reading, TABLE_2, TABLE_3, cases};
 use input::{InputError, counted};
 use measure::claim::{Answer, Claim};
 use report::Folder;
-use report::pictures::{BoxChart, RunGroup, RunValues, box_plots};
+use report::pictures::{BoxChart, RunGroup, RunValues, SurvivalChart, box_plots, survival};
 use serde_json::{Value, json};
 use swarms::bench::PAPER_MOST;
 use swarms::{Phase, Place, TooMany};
@@ -51,9 +51,7 @@ pub(super) fn make(
     });
     if let Some(folder) = folder {
         folder.put_json(FILE, &summary)?;
-        for (name, chart) in charts(&readings) {
-            report::put_picture(folder, &name, &box_plots(&chart)?)?;
-        }
+        put_pictures(folder, &readings)?;
     }
     Ok(Figured { table: table(&readings, count, seed), summary, seeds: seeds(seed, count) })
 }
@@ -65,67 +63,87 @@ fn printed(readings: &[Reading]) -> impl Iterator<Item = (&Reading, &'static str
     })
 }
 
-/// The pictures of both tables and both figures, by name, for the readings that are printed in full.
-fn charts(readings: &[Reading]) -> Vec<(String, BoxChart)> {
+/// Puts the pictures of both tables and both figures, for the readings that are printed in full.
+fn put_pictures(folder: &mut Folder, readings: &[Reading]) -> Result<(), Trouble> {
     let drawn: Vec<(&Reading, &str)> = printed(readings).collect();
-    let table =
-        |n: u8, title: &str, value_name: &str, told: &[f32], of: fn(&Reading, u16) -> Vec<f32>| {
-            let values = |it: &Reading, drones| RunValues {
-                name: it.rule.name.into(),
-                values: of(it, drones),
-            };
-            let series = |drones| drawn.iter().map(|(it, _)| values(it, drones)).collect();
-            (format!("table-{n}"), chart(title, value_name, told, series))
-        };
-    let mut charts = vec![
-        table(2, "Table 2 again: rounds of a survey", "Rounds", &TABLE_2, Reading::survey_rounds),
-        table(
-            3,
-            "Table 3 again: links lost in a survey",
-            "Links lost",
-            &TABLE_3,
-            Reading::survey_links_lost,
-        ),
-    ];
-    for (n, phase, what) in
-        [(12, Phase::Setup, "set-up before"), (14, Phase::Crossing, "crossing of")]
-    {
-        for (reading, words) in &drawn {
-            let name = reading.rule.name;
+    report::put_picture(folder, "table-2", &survival(&surveys(&drawn))?)?;
+    report::put_picture(folder, "table-3", &box_plots(&links_lost(&drawn))?)?;
+    for (reading, words) in drawn {
+        for (n, phase, what) in
+            [(12, Phase::Setup, "set-up before"), (14, Phase::Crossing, "crossing of")]
+        {
             let title = format!("Figure {n} again: {what} passages a to e, by {words}");
-            let values = |place, drones| reading.leg_ratios(phase, place, drones);
-            let of = |place: Place, drones| RunValues {
-                name: place.name().into(),
-                values: values(place, drones),
-            };
-            let series = |drones| Place::ALL.map(|place| of(place, drones)).into();
-            let value_name = "Duration in ideal durations";
-            charts.push((format!("figure-{n}-{name}"), chart(&title, value_name, &[], series)));
+            let name = format!("figure-{n}-{}", reading.rule.name);
+            report::put_picture(folder, &name, &survival(&durations(reading, title, phase))?)?;
         }
     }
-    charts
+    Ok(())
 }
 
-/// A group for each number of drones up to the paper's most, of which the last have a mean in the paper. Without
-/// means all numbers of drones are shown.
-fn chart(
-    title: &str,
-    value_name: &str,
-    told: &[f32],
-    series: impl Fn(u16) -> Vec<RunValues>,
-) -> BoxChart {
-    let first = if told.is_empty() { 1 } else { PAPER_MOST + 1 - told.len() as u16 };
-    let group = |drones: u16| RunGroup {
-        label: counted(usize::from(drones), "drone"),
-        series: series(drones),
-        told: told.get(usize::from(drones - first)).copied(),
-    };
+/// Draws table 2, the rounds of surveys, with a chart for each number of drones.
+fn surveys(drawn: &[(&Reading, &str)]) -> SurvivalChart {
+    let groups = groups(drawn, &TABLE_2, Reading::survey_rounds);
+    SurvivalChart {
+        title: "Table 2 again: the survey of 1 to 6 drones".into(),
+        pending: "whose survey has not ended yet".into(),
+        time_name: "Rounds".into(),
+        until: SurvivalChart::end_of(&groups),
+        groups,
+    }
+}
+
+/// Draws table 3, the links lost in surveys that end.
+fn links_lost(drawn: &[(&Reading, &str)]) -> BoxChart {
     BoxChart {
-        title: title.into(),
-        value_name: value_name.into(),
+        title: "Table 3 again: links lost in a survey that ends".into(),
+        value_name: "Links lost".into(),
         infinite_name: "stuck".into(),
         is_logarithmic: false,
-        groups: (first..=PAPER_MOST).map(group).collect(),
+        groups: groups(drawn, &TABLE_3, Reading::survey_links_lost),
+    }
+}
+
+/// A group for each number of drones up to the paper's most of which the paper gives a mean, with a series
+/// for each reading.
+fn groups(
+    drawn: &[(&Reading, &str)],
+    told: &[f32],
+    of: fn(&Reading, u16) -> Vec<f32>,
+) -> Vec<RunGroup> {
+    let first = PAPER_MOST + 1 - told.len() as u16;
+    let series = |drones| {
+        let values = |(it, _): &(&Reading, _)| RunValues {
+            name: it.rule.name.into(),
+            values: of(it, drones),
+        };
+        drawn.iter().map(values).collect()
+    };
+    let group = |(drones, told): (u16, &f32)| RunGroup {
+        label: counted(usize::from(drones), "drone"),
+        series: series(drones),
+        told: Some(*told),
+    };
+    (first..).zip(told).map(group).collect()
+}
+
+/// Draws figure 12 or 14, the durations of a phase, with a chart for each passage.
+fn durations(reading: &Reading, title: String, phase: Phase) -> SurvivalChart {
+    let of = |place, drones| RunValues {
+        name: counted(usize::from(drones), "drone"),
+        values: reading.leg_ratios(phase, place, drones),
+    };
+    let group = |place: Place| RunGroup {
+        label: format!("Passage {}", place.name()),
+        series: (1..=PAPER_MOST).map(|drones| of(place, drones)).collect(),
+        told: None,
+    };
+    let groups: Vec<RunGroup> = Place::ALL.into_iter().map(group).collect();
+    SurvivalChart {
+        title,
+        pending: "that have not come to the end of it yet".into(),
+        time_name: "Duration in ideal durations".into(),
+        until: SurvivalChart::end_of(&groups),
+        groups,
     }
 }
 
@@ -135,15 +153,16 @@ fn refused(error: TooMany) -> InputError {
 
 fn table(readings: &[Reading], count: usize, seed: u64) -> String {
     let mut text = format!(
-        "Swarms by virtual forces: {count} flights a row, seeds from {seed}\n\n  table 2, mean rounds of a \
-         survey with 1 to 6 drones; table 3, mean links lost with 2 to 6\n\n{}",
+        "Swarms by virtual forces: {count} flights a row, seeds from {seed}\n\n  table 2, mean rounds of \
+         the surveys that end; table 3, mean number of links lost\n\n{}{}",
+        heading("drones", 17, (1, 5), (2, 5)),
         line("paper", &TABLE_2, &TABLE_3),
     );
     for reading in readings {
         text.push_str(&tables(reading));
     }
     text.push_str(
-        "\n  figure 12, set-up, and figure 14, crossing: means in ideal durations, 1 to 6 drones\n",
+        "\n  figure 12, set-up, and figure 14, crossing: means in ideal durations of the flights that end\n",
     );
     for reading in readings {
         text.push_str(&trends(reading));
@@ -154,6 +173,14 @@ fn table(readings: &[Reading], count: usize, seed: u64) -> String {
         put_claims(&mut text, ("paper's", ""), &reading.claims());
     }
     text
+}
+
+/// The numbers of drones above two blocks of columns: of each block the first number, and how wide a column is.
+fn heading(name: &str, wide: usize, left: (u16, usize), right: (u16, usize)) -> String {
+    let block = |(first, wide): (u16, usize)| {
+        (first..=PAPER_MOST).map(|drones| format!(" {drones:>wide$}")).collect::<String>()
+    };
+    format!("  {name:wide$}{}  |{}\n", block(left), block(right))
 }
 
 fn line(name: &str, rounds: &[f32], lost: &[f32]) -> String {
@@ -186,10 +213,11 @@ fn tables(reading: &Reading) -> String {
 
 /// A block for each reading: the ratios of both figures.
 fn trends(reading: &Reading) -> String {
-    let mut text = format!("\n  {}\n", reading.rule.name);
+    let name = reading.rule.name;
+    let mut text = format!("\n  by {name}\n{}", heading("drones", 6, (1, 6), (1, 6)));
     for place in Place::ALL {
         // Writing to a string cannot fail.
-        let _ = write!(text, "  {}", place.name());
+        let _ = write!(text, "  {:6}", place.name());
         for phase in [Phase::Setup, Phase::Crossing] {
             for drones in 1..=PAPER_MOST {
                 let ratio = reading.ratio(phase, place, drones);

@@ -23,6 +23,15 @@ impl Counted {
     const fn is_contradicted(&self) -> bool {
         self.counts[0] > 0 && self.counts[1] > 0
     }
+
+    /// The verdict that all repetitions have; where two differ, the claim cannot be told.
+    const fn verdict(&self) -> Answer {
+        match self.counts {
+            [_, 0, 0] => Answer::Holds,
+            [0, _, 0] => Answer::DoesNotHold,
+            _ => Answer::CannotBeTold,
+        }
+    }
 }
 
 /// The verdicts of several repetitions.
@@ -71,18 +80,24 @@ impl Verdicts {
         let (repeated, runs) = (self.first_seeds.len(), self.runs);
         let mut text = format!(
             "Verdicts of {repeated} repetitions with {runs} runs each, whose first seeds are {}:\nin how \
-             many a claim holds, does not hold, cannot be told\n",
+             many a claim holds, does not hold, cannot be told, and the verdict, which cannot be told\n\
+             where two repetitions differ\n",
             self.seeds(),
         );
         let mut of = None;
         for it in &self.counted {
             if of != Some(it.of) {
-                let _ = writeln!(text, "\n  holds  not  open{}", named(it.of));
+                let _ = writeln!(text, "\n  holds  not  open  verdict{}", named(it.of));
                 of = Some(it.of);
             }
             let [holds, not, open] = it.counts;
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "  {holds:>5} {not:>4} {open:>5}  {}: {}", it.source, it.claim);
+            let verdict = it.verdict().to_string();
+            let _ = writeln!(
+                text,
+                "  {holds:>5} {not:>4} {open:>5}  {verdict:14}  {}: {}",
+                it.source, it.claim,
+            );
         }
         let contradicted = self.counted.iter().filter(|it| it.is_contradicted()).count();
         let all = self.counted.len();
@@ -114,6 +129,7 @@ impl Verdicts {
                 "holds": it.counts[0],
                 "does_not_hold": it.counts[1],
                 "cannot_be_told": it.counts[2],
+                "verdict": it.verdict().to_string(),
             })
         });
         json!({
@@ -150,14 +166,16 @@ mod tests {
             .table()
         };
         let flipped = with((-2.0, -1.0));
-        assert!(flipped.contains("      1    1     0  A: b"), "{flipped}");
+        assert!(flipped.contains("      1    1     0  cannot be told  A: b"), "{flipped}");
         assert!(
             flipped.contains("0 of 1 claims have the same verdict in all 2; 1 hold"),
             "{flipped}"
         );
         let open = with((-2.0, 1.0));
-        assert!(open.contains("      1    0     1  A: b"), "{open}");
+        assert!(open.contains("      1    0     1  cannot be told  A: b"), "{open}");
         assert!(open.contains("0 of 1 claims have the same verdict in all 2; 0 hold"), "{open}");
-        assert!(with((1.0, 1.5)).contains("1 of 1 claims"), "the same");
+        let same = with((1.0, 1.5));
+        assert!(same.contains("      2    0     0  holds           A: b"), "{same}");
+        assert!(same.contains("1 of 1 claims"), "{same}");
     }
 }
