@@ -32,13 +32,18 @@ struct Arguments {
     /// crazyradio, radio:// with number, channel, data rate and address of a real one
     #[arg(required_unless_present = "fleet")]
     base: Option<Address>,
-    /// The fleet file (TOML): it names the drones, and the base where no address is given
+    /// The fleet file (TOML, or crazyswarm2's crazyflies.yaml): it names the drones, and the base where
+    /// no address is given
     #[arg(long, value_name = "FILE")]
     fleet: Option<PathBuf>,
     /// Check every drone of the fleet file against it, one after the other, and serve no page; the
     /// exit status is 1 where one is not as the file has it
     #[arg(long, requires = "fleet", conflicts_with = "base")]
     check: bool,
+    /// Write the fleet as crazyswarm2's crazyflies.yaml into this file, which must not be there yet, and
+    /// serve no page
+    #[arg(long, value_name = "FILE", requires = "fleet", conflicts_with_all = ["base", "check"])]
+    export: Option<PathBuf>,
     /// The port of the page; 0 for any that is free
     #[arg(long, default_value_t = PORT)]
     port: u16,
@@ -109,10 +114,15 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Checks the fleet or runs the station, as the arguments say.
+/// Checks or exports the fleet, or runs the station, as the arguments say.
 async fn begin(arguments: &Arguments) -> Result<ExitCode, Unusable> {
     let fleet = arguments.fleet.as_deref().map(Fleet::read).transpose().map_err(unusable)?;
     let fleet = fleet.unwrap_or_default();
+    if let Some(file) = &arguments.export {
+        fleet.export(file).map_err(unusable)?;
+        println!("wrote {}", file.display());
+        return Ok(ExitCode::SUCCESS);
+    }
     if arguments.check {
         let wrong = check(&fleet, |lines| println!("{lines}")).await;
         let all = fleet.drones.len();

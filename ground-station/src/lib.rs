@@ -22,7 +22,7 @@
 //! | [`range_survey`] | how far a link reaches, and which limits follow |
 //! | [`freshness`], [`clock`] | how old an order of a page may be at most |
 //! | [`steering`] | which of the open pages steers, and which of their requests are heeded |
-//! | [`fleet`] | the fleet file: names, addresses and limits of the drones |
+//! | [`fleet`] | the fleet files: names, addresses and limits of the drones |
 //! | [`check`], [`inspection`] | check every drone against that file before a flight |
 //! | [`address`], [`link`] | carry packets to a drone |
 //! | `radio` | reaches a drone through a Crazyradio, with the feature `crazyradio` |

@@ -25,12 +25,10 @@ impl Bridge {
     /// silent.
     ///
     /// # Errors
-    /// If the address is none, the Crazyradio is not plugged in or cannot be used, or there is no
-    /// port.
-    pub fn open(address: &str) -> Result<Self, InputError> {
-        let address: RadioAddress = address.parse()?;
+    /// If the Crazyradio is not plugged in or cannot be used, or there is no port.
+    pub fn open(address: &RadioAddress) -> Result<Self, InputError> {
         let rate = address.rate.unwrap_or(Rate::DEFAULT);
-        let mut radio = Crazyradio::open(&address)?;
+        let mut radio = Crazyradio::open(address)?;
         let ports = Ports::open(Ipv4Addr::LOCALHOST, 0, 1)?;
         let no_port = || InputError::new("this machine gives no UDP port", "end other programs");
         let port = *ports.addresses().first().ok_or_else(no_port)?;

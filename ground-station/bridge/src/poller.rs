@@ -38,6 +38,12 @@ impl Rate {
         if polls >= Self::LEAST && polls <= Self::MOST { Some(Self(polls)) } else { None }
     }
 
+    /// The polls per second.
+    #[must_use]
+    pub const fn polls(self) -> u16 {
+        self.0
+    }
+
     /// The least time from one poll to the next, rounded up to a microsecond.
     #[must_use]
     pub fn interval(self) -> Duration {

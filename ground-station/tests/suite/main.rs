@@ -4,6 +4,7 @@
 mod abuse;
 mod access;
 mod browser;
+mod exported;
 mod fleet;
 mod foxglove;
 mod in_chromium;
