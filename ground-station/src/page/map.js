@@ -4,7 +4,15 @@
 const SVG = "http://www.w3.org/2000/svg";
 const MARGIN = 26; // Pixels round the map, for half a mark and its name.
 const HIGHEST = 420; // Pixels; a map that would be taller is drawn narrower.
+const LOWEST = 106; // Pixels; a flatter map has room for three rows of marks all the same.
+const FOOT = 18; // Pixels below the map, for the scale bar.
 const MARK = 11; // The radius of a drone's mark in pixels.
+const APART = 2 * MARK + 4; // The least distance of two marks, across or along, with their outlines.
+
+// Where a mark may be drawn whose place is taken, nearest first: steps of half a mark, across and along.
+const ASIDE = Array.from({ length: 81 * 41 }, (_, n) => [n % 81 - 40, Math.floor(n / 81) - 20])
+  .map(([across, along]) => [(across * APART) / 2, (along * APART) / 2])
+  .sort((a, b) => Math.hypot(...a) - Math.hypot(...b));
 
 const chainMap = {
   plan: null,
@@ -24,7 +32,9 @@ const chainMap = {
   fit(line) {
     const map = document.getElementById("map");
     const width = map.clientWidth;
-    const key = JSON.stringify([width, line, this.plan !== null]);
+    // The style sheet may want it lower.
+    const highest = Math.min(HIGHEST, parseFloat(getComputedStyle(map).maxHeight) || HIGHEST);
+    const key = JSON.stringify([width, highest, line, this.plan !== null]);
     if (width === 0 || key === this.drawn) return;
     this.drawn = key;
     const lines = this.plan ? this.plan.lines.map((each) => each.points) : [[line.base, line.end]];
@@ -34,11 +44,14 @@ const chainMap = {
     const least = (values) => values.reduce((a, b) => Math.min(a, b), Infinity);
     const most = (values) => values.reduce((a, b) => Math.max(a, b), -Infinity);
     const [left, right, bottom, top] = [least(xs), most(xs), least(ys), most(ys)];
-    const room = [width - 2 * MARGIN, HIGHEST - 2 * MARGIN];
+    const room = [width - 2 * MARGIN, highest - 2 * MARGIN - FOOT];
     const scale = Math.min(room[0] / Math.max(right - left, 1), room[1] / Math.max(top - bottom, 1));
     const spare = (room[0] - (right - left) * scale) / 2;
-    this.pixel = ([x, y]) => [MARGIN + spare + (x - left) * scale, MARGIN + (top - y) * scale];
-    const height = (top - bottom) * scale + 2 * MARGIN + 18;
+    const needed = (top - bottom) * scale + 2 * MARGIN;
+    this.size = [width, Math.max(needed, LOWEST)];
+    const above = MARGIN + (this.size[1] - needed) / 2;
+    this.pixel = ([x, y]) => [MARGIN + spare + (x - left) * scale, above + (top - y) * scale];
+    const height = this.size[1] + FOOT;
     map.setAttribute("viewBox", `0 0 ${width} ${height}`);
     map.style.height = `${height}px`;
     const still = svg("g", {});
@@ -61,14 +74,37 @@ const chainMap = {
       return [svg("line", { x1, y1, x2, y2, class: `link ${grade}` })];
     });
     document.getElementById("map-links").replaceChildren(...links);
-    const marks = status.drones.map((drone) => this.mark(drone.at, drone.node === 0 ? "H" : String(drone.node),
-      drone.fault || drone.silent ? "drone bad" : drone.airborne ? "drone airborne" : "drone"));
-    // The head comes last, so that it is seen where drones stand at one place.
-    document.getElementById("map-drones").replaceChildren(this.mark(base.at, "B", "base"), ...marks.reverse());
+    const marks = [{ at: base.at, name: "B", kind: "base" }, ...status.drones.map((drone) => ({
+      at: drone.at,
+      name: drone.node === 0 ? "H" : String(drone.node),
+      kind: drone.fault || drone.silent ? "drone bad" : drone.airborne ? "drone airborne" : "drone",
+    }))];
+    const places = this.apart(marks.map(({ at }) => this.pixel(at)));
+    const leaders = marks.flatMap(({ at }, n) => this.leader(this.pixel(at), places[n]));
+    document.getElementById("map-drones").replaceChildren(...leaders, ...marks.map(({ name, kind }, n) => this.mark(places[n], name, kind)));
   },
 
-  mark(at, name, kind) {
-    const [x, y] = this.pixel(at);
+  // The places at which marks are drawn, so that none covers another: at its own place, or at the nearest
+  // one that is free. The first marks have the first choice.
+  apart(places) {
+    const taken = [];
+    const isFree = ([x, y]) => taken.every(([a, b]) => Math.max(Math.abs(x - a), Math.abs(y - b)) >= APART);
+    const [right, bottom] = this.size.map((length) => length - MARGIN / 2);
+    const isOn = ([x, y]) => x >= MARGIN / 2 && x <= right && y >= MARGIN / 2 && y <= bottom;
+    for (const [x, y] of places) {
+      const beside = ([across, along]) => [x + across, y + along];
+      const found = ASIDE.find((step) => isFree(beside(step)) && isOn(beside(step)));
+      taken.push(beside(found ?? ASIDE[0]));
+    }
+    return taken;
+  },
+
+  // A line from a drone's place to its mark, if that is drawn beside it.
+  leader([x1, y1], [x2, y2]) {
+    return x1 === x2 && y1 === y2 ? [] : [svg("line", { class: "leader", x1, y1, x2, y2 })];
+  },
+
+  mark([x, y], name, kind) {
     const group = svg("g", { class: `mark ${kind}`, transform: `translate(${x.toFixed(1)} ${y.toFixed(1)})` });
     const square = { x: -MARK, y: -MARK, width: 2 * MARK, height: 2 * MARK };
     group.append(kind === "base" ? svg("rect", square) : svg("circle", { r: MARK }));

@@ -130,6 +130,7 @@ function droneItem(drone, { stamp, base }) {
     const { to, dbm, grade, trend } = drone.link;
     facts.append(text("span", `Link to ${to}: ${dbm.toFixed(0)} dBm, ${grade} ${arrow[trend]}`, classOf[grade] ?? ""));
   } else facts.append(text("span", "No link towards the base"));
+  facts.append(text("span", `${drone.odometer_m.toFixed(1)} m flown`));
   if (drone.endurance_s !== null) {
     const spare = Math.max(0, drone.turns_back_s);
     const turns = drone.airborne ? `, turns back in ${minutes(spare)}` : "";
@@ -137,7 +138,6 @@ function droneItem(drone, { stamp, base }) {
   }
   else if (drone.battery_v !== null) facts.append(text("span", `Battery ${drone.battery_v.toFixed(2)} V`));
   else facts.append(text("span", "Battery unknown"));
-  facts.append(text("span", `${drone.odometer_m.toFixed(1)} m flown`));
   if (drone.silent) facts.append(text("span", `Silent for ${minutes(drone.age_s)}`, "bad"));
   item.append(facts);
   const strip = strips.of(drone.node, stamp, base);

@@ -12,7 +12,7 @@ use crate::stalling_proxy::StallingProxy;
 use crate::station_process::StationProcess;
 
 /// A scratch folder that a test begins with empty.
-fn folder(test: &str) -> PathBuf {
+pub(crate) fn folder(test: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(test);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();

@@ -28,3 +28,4 @@ mod steps;
 mod suspended;
 mod through_bridge;
 mod virtual_chain;
+mod wide_in_chromium;
