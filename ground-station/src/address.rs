@@ -45,7 +45,8 @@ impl FromStr for Address {
             (!host.is_empty()).then(|| Self::Udp { host: host.to_owned(), port })
         });
         address.ok_or_else(|| {
-            let remedy = "give one such as udp://127.0.0.1:19854 or radio://0/80/2M/E7E7E7E70F";
+            let remedy = "give udp://HOST:PORT, such as udp://127.0.0.1:19854, or \
+                          radio://0/80/2M/E7E7E7E70F";
             InputError::new(format!("{text:?} is no address"), remedy)
         })
     }
