@@ -50,6 +50,12 @@ impl InputError {
         self.at(Path::new(key), None, None)
     }
 
+    /// Takes the place away, for input of which the user sees no file.
+    #[must_use]
+    pub fn without_place(self) -> Self {
+        Self { place: None, ..self }
+    }
+
     fn at(self, file: &Path, line: Option<usize>, column: Option<usize>) -> Self {
         Self { place: Some(Place { file: file.to_owned(), line, column }), ..self }
     }
