@@ -1,10 +1,10 @@
 // Draws the place and the drones on the canvas.
 const MARGIN = 34; // Pixels round the place.
-const MARK = 10; // The radius of a drone's mark, pixels.
+export const MARK = 10; // The radius of a drone's mark, pixels.
 const MOST_ZOOM = 40;
 const LEAST_HEIGHT = 260; // Pixels of the canvas.
 
-const colours = {};
+export const colours = {};
 
 // The colours of the style sheet, which are those of a light or of a dark page.
 export function takeColours() {
@@ -88,7 +88,7 @@ export class View {
       this.links(g, frame);
       this.drones(g, frame);
     }
-    this.scaleBar(g);
+    scaleBar(g, this.scale, this.size[1]);
   }
 
   place(g) {
@@ -234,17 +234,6 @@ export class View {
     });
   }
 
-  scaleBar(g) {
-    const metres = [0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((each) => each * this.scale >= 60) ?? 500;
-    const [x, y] = [14, this.size[1] - 12];
-    stroke(g, [x, y], [x + metres * this.scale, y], colours.ink, 2);
-    g.fillStyle = colours.ink;
-    g.textAlign = "left";
-    g.font = "12px system-ui, sans-serif";
-    g.textBaseline = "alphabetic";
-    g.fillText(`${metres} m`, x, y - 6);
-  }
-
   // Drag moves the picture, the wheel and two fingers zoom, a double click shows the whole place.
   listen() {
     const { canvas, pointers } = this;
@@ -337,7 +326,19 @@ function path(lines, isClosed) {
   return found;
 }
 
-function stroke(g, from, to, colour, width) {
+// A bar of a round number of metres at the lower left, on a canvas of this height in pixels.
+export function scaleBar(g, scale, height) {
+  const metres = [0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((each) => each * scale >= 60) ?? 500;
+  const [x, y] = [14, height - 12];
+  stroke(g, [x, y], [x + metres * scale, y], colours.ink, 2);
+  g.fillStyle = colours.ink;
+  g.textAlign = "left";
+  g.font = "12px system-ui, sans-serif";
+  g.textBaseline = "alphabetic";
+  g.fillText(`${metres} m`, x, y - 6);
+}
+
+export function stroke(g, from, to, colour, width) {
   g.strokeStyle = colour;
   g.lineWidth = width;
   g.beginPath();
@@ -346,14 +347,14 @@ function stroke(g, from, to, colour, width) {
   g.stroke();
 }
 
-function text(g, words, x, y) {
+export function text(g, words, x, y) {
   g.font = "bold 12px system-ui, sans-serif";
   g.textAlign = "center";
   g.textBaseline = "middle";
   g.fillText(words, x, y + 0.5);
 }
 
-function label(g, words, x, y) {
+export function label(g, words, x, y) {
   g.font = "12px system-ui, sans-serif";
   g.textAlign = "center";
   g.textBaseline = "middle";

@@ -1,10 +1,14 @@
 // The page: what the user does goes to the simulator in the worker, and what it shows comes from there.
-import { View, gradeOf, kindOf, letter, linksOf, takeColours } from "./draw.js";
+import { at, element } from "./dom.js";
+import { View, gradeOf, kindOf, letter, takeColours } from "./draw.js";
+import { Panel } from "./drawing.js";
+import { figureList } from "./figures.js";
 import { entries, isScenario, ofDrop, ofInput } from "./files.js";
 import { read, write } from "./link.js";
+import { answered } from "./plan.js";
 import { STATES } from "./states.js";
+import { ABOUT, clock, dbm, mapWords, orderWords } from "./words.js";
 
-const at = (id) => document.getElementById(id);
 const SPEED = { forward: 0.3, back: -0.3 }; // m/s of the head.
 const WORDS_MS = 200; // Words are read more slowly than pictures.
 const LEAST_DBM = -300; // The lowest limit that a scenario may have.
@@ -12,7 +16,7 @@ const LEAST_DBM = -300; // The lowest limit that a scenario may have.
 const worker = new Worker("worker.js", { type: "module" });
 const waiting = new Map();
 const view = new View(at("map"));
-const page = { recipe: {}, dropped: [], offered: [], setting: null, frame: null, plan: null, paused: false, branch: "", held: null, states: [], told: 0 };
+const page = { recipe: {}, dropped: [], offered: [], setting: null, frame: null, plan: null, paused: false, branch: "", held: null, states: [], figures: {}, told: 0 };
 
 worker.onmessage = ({ data: { id, is, value, wrong } }) => {
   if (id === undefined) return said[is](value);
@@ -116,12 +120,6 @@ function controls() {
     ? `${route.length_m} m from ${route.from} to ${route.to}: ${route.ended}. ${route.warnings.slice(0, 4).join(" ")}` : "";
 }
 
-const ABOUT = {
-  chain: "A head flies into a cave; relays follow by themselves, so that its radio link to the base lasts.",
-  explore: "Explorers map a place together, each with its own map: dark ground is known to none of them, and at the amber frontier they go on. A cross is where an explorer flies to.",
-  swarm: "A swarm surveys an area in rows, gathers, and crosses a narrow passage.",
-};
-
 const SLIDERS = { loss: (value) => `${Math.round(value)} %`, launch: (value) => dbm(value), relays: String };
 
 // Says the value, which may lie outside of what the slider reaches.
@@ -155,14 +153,6 @@ const setPace = () => {
 
 // ---- What is shown -------------------------------------------------------------------------
 
-const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
-const dbm = (value) => `${value.toFixed(0).replace("-", "−")} dBm`;
-const element = (name, properties = {}, ...children) => {
-  const made = Object.assign(document.createElement(name), properties);
-  made.append(...children);
-  return made;
-};
-
 function rows() {
   const row = ({ name, role }, n) => {
     const chip = element("span", { className: `chip ${kindOf(n, role)}`, textContent: letter(n, role) });
@@ -185,18 +175,10 @@ function tellFrame(frame) {
   if (!setting || frame.drones.length !== setting.nodes.length) return;
   const whose = page.steers ? "You" : page.recipe.pilot ? "The pilot of the link" : "The scenario's pilot";
   const end = frame.over ? ", the end" : "";
-  at("now").textContent = `${clock(frame.t)} of ${clock(setting.duration_s)}${end}. ${whose}: ${orderWords(frame.order)}${frame.recalled ? "; a drone calls all home" : ""}`;
+  at("now").textContent = `${clock(frame.t)} of ${clock(setting.duration_s)}${end}. ${whose}: ${orderWords(frame.order, setting.mission)}${frame.recalled ? "; a drone calls all home" : ""}`;
   frame.drones.forEach((drone, n) => tellDrone(drone, n));
   for (const button of document.querySelectorAll("#pilot button")) button.disabled = frame.over;
-  at("map").ariaLabel = `The cave and the drones from above: the head is ${Math.round(frame.drones[0].way)} m from the base.`;
-}
-
-// The order as a pilot would say it.
-function orderWords(order) {
-  const speed = /^explore at ([−-]?)([\d.]+) m\/s(.*)$/.exec(order);
-  if (!speed || page.setting.mission !== "chain") return order.replace(/^explore at .*$/, "explore");
-  const [, sign, value, rest] = speed;
-  return (Number(value) === 0 ? "hover" : `fly ${sign ? "back" : "in"} at ${value} m/s`) + rest;
+  at("map").ariaLabel = mapWords(setting, frame, page.figures);
 }
 
 function tellDrone(drone, n) {
@@ -231,37 +213,17 @@ function events(frame) {
   });
 }
 
-// The five numbers that matter, of the mission's kind.
 function tellFigures(figures) {
-  const { frame, setting } = page;
-  if (!setting) return;
-  const drones = frame?.drones ?? [];
-  const flying = drones.filter(({ z }, n) => z > 0.05 && setting.nodes[n].role !== "base").length;
-  const links = frame && drones.length === setting.nodes.length ? linksOf(frame).map((link) => link.dbm) : [];
-  const weakest = Math.min(...links);
-  const percent = (share) => (share === null || share === undefined ? "–" : `${Math.round(share * 100)} %`);
-  const touches = (figures.wall_contacts ?? 0) + (figures.drone_contacts ?? 0);
-  const metres = figures.farthest_m;
-  const common = [
-    [String(flying), `of ${setting.nodes.length - 1} drones in the air`],
-    [String(touches), "touches of walls and of other drones"],
-  ];
-  const own = {
-    chain: [
-      [metres === undefined || metres === null ? "–" : `${metres.toFixed(1)} m`, "from the base at the farthest"],
-      [links.length ? dbm(weakest) : "–", `the weakest link; a relay takes off below ${dbm(setting.launch_dbm)}`],
-      [percent(figures.weak_share), "of the time some link was weaker than that"],
-    ],
-    explore: [[percent(figures.explored), "of the place is known"], [figures.packets_sent ?? "–", "packets on the air"], [clock(frame?.t ?? 0), "of mission time"]],
-    swarm: [[percent(figures.covered), "of the area was flown over"], [figures.packets_sent ?? "–", "packets on the air"], [clock(frame?.t ?? 0), "of mission time"]],
-  }[setting.mission] ?? [];
-  at("figures").replaceChildren(...[...own, ...common].flatMap(([value, words]) =>
+  page.figures = figures;
+  if (!page.setting) return;
+  at("figures").replaceChildren(...figureList(figures, page.frame, page.setting).flatMap(([value, words]) =>
     [element("dt", { textContent: value }), element("dd", { textContent: words })]));
 }
 
 function draw() {
   requestAnimationFrame(draw);
   view.draw(page.frame, page.plan);
+  drawing.draw();
 }
 
 // ---- The pilot -----------------------------------------------------------------------------
@@ -312,7 +274,7 @@ function pause() {
 const isTyping = ({ target }) => target.matches?.("input, select, textarea");
 
 addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.altKey || event.metaKey || (isTyping(event) && event.key !== "Escape")) return;
+  if (drawing.isOpen || event.ctrlKey || event.altKey || event.metaKey || (isTyping(event) && event.key !== "Escape")) return;
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   if (!HELD[key] && !PRESSED[key]) return;
   event.preventDefault();
@@ -341,6 +303,7 @@ for (const button of document.querySelectorAll("[data-order]")) button.addEventL
 // ---- The choice of a mission ---------------------------------------------------------------
 
 const begin = (recipe, dropped) => {
+  drawing.show(false);
   Object.assign(page, { steers: false, flown: null });
   return open(recipe, dropped);
 };
@@ -371,6 +334,14 @@ for (const control of document.querySelectorAll("select, input[type=range]")) {
   control.addEventListener("keydown", () => { isPointed = false; });
   control.addEventListener("change", () => isPointed && control.blur());
 }
+
+// ---- A drawn cave --------------------------------------------------------------------------
+
+const drawing = new Panel({
+  check: (drawn) => ask("draw", drawn).catch((error) => ({ mistake: { line: error.message, legs: [] } })),
+  fly: (text) => doing(() => begin({ text }, []))(),
+  pause: (isOpen) => (isOpen ? ask("pace", 0) : setPace()),
+});
 
 // ---- Files ---------------------------------------------------------------------------------
 
@@ -422,19 +393,9 @@ addEventListener("drop", (event) => {
 
 async function plan() {
   at("answer").replaceChildren(element("p", { textContent: "Computing …" }));
-  const { plan: planned, text } = await ask("plan", { recipe: without(page.recipe, "pilot", "loss"), margin: Number(at("margin").value) });
-  page.plan = planned;
-  const [lead, , ...rest] = text.split("\n\n").flatMap((block, n) => (n === 1 ? [block] : block.split("\n"))).filter(Boolean);
-  const { stands, links } = planned;
-  const name = (n) => (n === 0 ? "base" : n === stands.length - 1 ? "head" : `relay ${stands.length - 1 - n}`);
-  const cell = (words) => element("td", { textContent: words });
-  const line = (stand, n) => element("tr", {}, cell(name(n)), cell(stand.along_m.toFixed(1)), cell(n ? links[n - 1].length_m.toFixed(1) : ""),
-    cell(n ? links[n - 1].strength_dbm.toFixed(1).replace("-", "−") : ""), cell(stand.station ?? ""));
-  const heads = ["", "way, m", "link, m", "dBm", "place"].map((textContent) => element("th", { textContent }));
-  const table = element("table", {}, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...stands.map(line)));
-  at("answer").replaceChildren(
-    element("p", { className: "lead", textContent: `${lead}.` }), element("div", { className: "table" }, table),
-    ...rest.map((textContent) => element("p", { textContent: `${textContent}.` })));
+  const answer = await ask("plan", { recipe: without(page.recipe, "pilot", "loss"), margin: Number(at("margin").value) });
+  page.plan = answer.plan;
+  at("answer").replaceChildren(...answered(answer));
   at("hide-plan").hidden = false;
 }
 
@@ -482,4 +443,4 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", takeColour
 takeColours();
 draw();
 // For tests, and for those who look into the page with the browser's tools.
-window.uchain = { ask, page, view };
+window.uchain = { ask, page, view, drawing };

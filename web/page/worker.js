@@ -1,5 +1,5 @@
 // Flies the mission beside the page, so that the page answers while the simulator computes.
-import init, { Dropped, Flight, plan_relays, scenarios } from "./uchain_web.js";
+import init, { Dropped, Flight, drawn_scenario, plan_relays, scenarios } from "./uchain_web.js";
 
 const STEP_US = 20_000; // The physics step at point level: the finest motion that there is to see.
 const ROUND_US = 200_000;
@@ -45,6 +45,9 @@ const actions = {
   lose(drone) {
     flight.lose(drone);
     return JSON.parse(flight.flown());
+  },
+  draw(drawing) {
+    return JSON.parse(drawn_scenario(JSON.stringify(drawing)));
   },
   plan({ recipe, margin }) {
     return JSON.parse(plan_relays(JSON.stringify(recipe), files, margin));

@@ -3,11 +3,15 @@
 //!
 //! | module | what it holds |
 //! |---|---|
+//! | [`drawing`] | a cave that the user draws, as the text of a scenario |
+//! | [`legs`] | the legs of drawn galleries, compared with each other |
 //! | [`recipe`] | what the page asks for: a scenario, its changes, the pilot's orders, as one JSON value |
 //! | [`flight`] | a mission under way, which the page steps, steers and looks at |
 //! | [`look`] | what the page draws: the place, the drones, the figures |
 
+pub mod drawing;
 pub mod flight;
+pub mod legs;
 pub mod look;
 pub mod recipe;
 
@@ -21,6 +25,7 @@ use sim_harness::scenario::builtin;
 use units::{Db, MetresPerSecond};
 use wasm_bindgen::prelude::*;
 
+use drawing::Drawing;
 pub use flight::Flight;
 use recipe::Recipe;
 
@@ -86,6 +91,19 @@ pub fn plan_relays(recipe: &str, files: &Dropped, margin_db: f32) -> Result<Stri
         "plan": answer::json(&scenario, &plan),
         "text": answer::table(&scenario, &plan),
     });
+    Ok(answer.to_string())
+}
+
+/// The scenario of a drawn cave, as JSON: its `text`, or the `mistake` of the drawing.
+///
+/// # Errors
+/// One line for JSON that is no drawing.
+#[wasm_bindgen]
+pub fn drawn_scenario(drawing: &str) -> Result<String, String> {
+    let answer = match Drawing::read(drawing)?.scenario() {
+        Ok(text) => json!({ "text": text }),
+        Err(mistake) => json!({ "mistake": mistake }),
+    };
     Ok(answer.to_string())
 }
 

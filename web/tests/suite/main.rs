@@ -4,9 +4,12 @@
 #[path = "../../../ground-station/tests/suite/browser.rs"]
 mod browser;
 mod bytes;
+mod drawing;
+mod drawn;
 mod ended;
 mod looks;
 mod opened;
+mod pointer;
 mod reports;
 mod served;
 mod sliders;
