@@ -194,11 +194,12 @@ async fn the_drawing_is_readable_narrow_and_wide_light_and_dark_in_chromium() {
         for state in ["good", "bad"] {
             is_readable(&mut browser, "the drawing", (width, scheme)).await;
             click(&mut browser, "all-of-it").await;
+            middle(&mut browser, "#sketch").await;
             if state == "bad" {
-                clicks(&mut browser, &[[-6.0, -4.0]]).await;
+                clicks(&mut browser, &[[-6.0, -3.0]]).await;
                 browser.wait_for(&format!("{WORDS}.includes('Two legs cross')")).await;
             }
-            let end = pixel(&mut browser, [-4.0, 10.0]).await;
+            let end = pixel(&mut browser, [-4.0, 9.0]).await;
             hover(&mut browser, end).await;
             is_readable(&mut browser, "the drawing", (width, scheme)).await;
             let file = format!("{state}-{width}-{scheme}.png.base64");
