@@ -7,6 +7,8 @@ mod bytes;
 mod drawing;
 mod drawn;
 mod ended;
+mod held;
+mod labels;
 mod looks;
 mod opened;
 mod pointer;
