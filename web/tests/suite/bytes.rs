@@ -1,5 +1,7 @@
 //! The same mission in the browser and on this machine gives the same bytes.
 
+use std::path::Path;
+
 use serde_json::{Value, json};
 use sim_harness::mission::Mission;
 use sim_harness::report::csv;
@@ -8,17 +10,22 @@ use uchain_web::{Dropped, Flight};
 
 use crate::opened::{ask, flown, open};
 
-/// Missions of each kind, at both fidelities.
+/// The missions that are the same everywhere, as `.ci/run` flies them on other machines.
 fn recipes() -> Vec<Value> {
-    vec![
-        json!({ "scenario": "demo", "seed": 7 }),
-        json!({ "scenario": "random-n15", "seed": 3, "set": ["duration_s=60"] }),
-        json!({ "scenario": "three-forks", "seed": 11 }),
-        json!({ "scenario": "leaky-u", "seed": 5, "set": ["radio.packet_loss=0.4"] }),
-        json!({ "scenario": "swarm-b", "seed": 2, "set": ["duration_s=120"] }),
-        json!({ "scenario": "explore-room", "seed": 4, "set": ["duration_s=120"] }),
-        json!({ "scenario": "s-turns-5", "seed": 9, "set": ["duration_s=30", "fidelity=flight"] }),
-    ]
+    const MISSIONS: &str = include_str!("../../../tests/missions.txt");
+    MISSIONS.lines().filter(|line| !line.starts_with('#')).map(recipe).collect()
+}
+
+/// The recipe of a line of the list: name, seed, scenario or its file, and values of its keys.
+fn recipe(line: &str) -> Value {
+    let words: Vec<_> = line.split_whitespace().collect();
+    let [_, seed, scenario, set @ ..] = &words[..] else { panic!("{line}") };
+    let seed: u64 = seed.parse().unwrap();
+    if scenario.ends_with(".toml") {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(scenario);
+        return json!({ "text": std::fs::read_to_string(file).unwrap(), "seed": seed, "set": set });
+    }
+    json!({ "scenario": scenario, "seed": seed, "set": set })
 }
 
 /// The text of `trace.csv` that this machine makes of a mission.
