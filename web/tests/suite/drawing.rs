@@ -4,8 +4,11 @@ use serde_json::json;
 use sim_harness::scenario::Scenario;
 use uchain_web::drawing::{Drawing, Mistake};
 
+/// The corners of a gallery, m.
+type Corners = &'static [[f64; 2]];
+
 /// An L of two legs with a branch from the middle of the first one.
-const L_WITH_BRANCH: [&[[f64; 2]]; 2] =
+const L_WITH_BRANCH: [Corners; 2] =
     [&[[0.0, 0.0], [5.0, 0.0], [10.0, 0.0], [10.0, 6.0]], &[[5.0, 0.0], [5.0, -4.5]]];
 
 fn drawn(width_m: f64, galleries: &[&[[f64; 2]]]) -> Result<String, Mistake> {
@@ -29,12 +32,15 @@ fn a_drawing_is_a_scenario_with_its_own_tunnel() {
     assert!((length - 20.5).abs() < 0.01, "{length} m of galleries");
 }
 
+/// Galleries, a part of what is told of them, and the legs in question.
+type Case<'a> = (&'a [Corners], &'a str, &'a [[usize; 2]]);
+
 /// Each drawing is refused with a line about the legs that are wrong in it.
 #[test]
 fn a_bad_drawing_is_told_in_one_line_with_its_legs() {
-    let main: &[[f64; 2]] = &[[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]];
-    let hook: &[[f64; 2]] = &[[0.0, 0.0], [8.0, 0.0], [8.0, 2.5], [4.0, 2.5], [4.0, -3.0]];
-    let cases: [(&[&[[f64; 2]]], &str, &[[usize; 2]]); 9] = [
+    let main: Corners = &[[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]];
+    let hook: Corners = &[[0.0, 0.0], [8.0, 0.0], [8.0, 2.5], [4.0, 2.5], [4.0, -3.0]];
+    let cases: [Case; 9] = [
         (&[], "put the mouth", &[]),
         (&[&[[0.0, 0.0]]], "put the mouth", &[]),
         (&[&[[0.0, 0.0], [5.0, 0.0], [5.0, 1.0]]], "a leg of 1.0 m is shorter than", &[[0, 1]]),
