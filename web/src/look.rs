@@ -57,7 +57,7 @@ pub fn setting(scenario: &Scenario, seed: u64, trace: &Trace) -> Value {
     let nodes: Value = trace
         .nodes
         .iter()
-        .map(|node| json!({ "name": trace.name(node), "role": role(scenario.mission, node.role) }))
+        .map(|node| json!({ "name": node.to_string(), "role": role(scenario.mission, node.role) }))
         .collect();
     json!({
         "name": scenario.name,

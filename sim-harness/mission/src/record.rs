@@ -35,7 +35,11 @@ impl<'a> Mission<'a> {
                 .members
                 .iter()
                 .enumerate()
-                .map(|(n, member)| Node { id: NodeId(n as u8), role: member.role })
+                .map(|(n, member)| Node {
+                    id: NodeId(n as u8),
+                    role: member.role,
+                    mission: self.scenario.mission,
+                })
                 .collect(),
             launch_limit: self.scenario.agent.launch.limit,
             team_map: TeamMap::default(),

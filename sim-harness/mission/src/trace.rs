@@ -15,7 +15,7 @@ pub struct Trace {
     pub scenario: String,
     /// The seed of the mission; `None` for a recording of real time, which has none.
     pub seed: Option<u64>,
-    /// The mission that was flown, by which the drones are named.
+    /// The mission that was flown.
     pub mission: MissionKind,
     /// The tunnel.
     pub floor_plan: FloorPlan,
@@ -29,34 +29,28 @@ pub struct Trace {
     pub frames: Vec<Frame>,
 }
 
-impl Trace {
-    /// The name of a member in this mission: a swarm has no head and no relays.
-    #[must_use]
-    pub fn name(&self, node: &Node) -> String {
-        match (self.mission, node.role) {
-            (MissionKind::Chain, _) | (_, Role::Base) => node.to_string(),
-            (MissionKind::Swarm, _) => format!("drone {}", node.id),
-            (MissionKind::Explore, _) => format!("explorer {}", node.id),
-        }
-    }
-}
-
-/// One member of the chain. It displays as `head`, `explorer 1`, `relay 2` or `base`.
+/// One member of a mission. It displays by the name that it has there: `head`, `explorer 1`, `relay 2` or `base` in a
+/// chain, `drone 1` in a swarm, `explorer 1` in an exploration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Node {
     /// The member's number.
     pub id: NodeId,
     /// The member's role.
     pub role: Role,
+    /// The mission that it flies: a swarm and an exploration have no head and no relays.
+    pub mission: MissionKind,
 }
 
 impl fmt::Display for Node {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.role {
-            Role::Head if self.id == NodeId::HEAD => f.write_str("head"),
-            Role::Head => write!(f, "explorer {}", self.id),
-            Role::Relay => write!(f, "relay {}", self.id),
-            Role::Base => f.write_str("base"),
+        match (self.mission, self.role) {
+            (_, Role::Base) => f.write_str("base"),
+            (MissionKind::Swarm, _) => write!(f, "drone {}", self.id),
+            (MissionKind::Chain, Role::Head) if self.id == NodeId::HEAD => f.write_str("head"),
+            (MissionKind::Chain, Role::Relay) => write!(f, "relay {}", self.id),
+            (MissionKind::Explore, _) | (MissionKind::Chain, Role::Head) => {
+                write!(f, "explorer {}", self.id)
+            }
         }
     }
 }
@@ -201,31 +195,21 @@ mod tests {
 
     #[test]
     fn a_swarm_has_no_head_and_no_relay() {
-        let mut trace = Trace {
-            scenario: String::new(),
-            seed: None,
-            mission: MissionKind::Swarm,
-            floor_plan: FloorPlan::default(),
-            nodes: Vec::new(),
-            launch_limit: Dbm(-68.0),
-            team_map: TeamMap::default(),
-            frames: Vec::new(),
+        let names = |mission| {
+            [(0, Role::Head), (1, Role::Relay), (2, Role::Base)]
+                .map(|(n, role)| Node { id: NodeId(n), role, mission }.to_string())
         };
-        let nodes = [(0, Role::Head), (1, Role::Relay), (2, Role::Base)];
-        let nodes = nodes.map(|(n, role)| Node { id: NodeId(n), role });
-        let names = |trace: &Trace| nodes.map(|node| trace.name(&node));
-        assert_eq!(names(&trace), ["drone 0", "drone 1", "base"]);
-        trace.mission = MissionKind::Explore;
-        assert_eq!(names(&trace), ["explorer 0", "explorer 1", "base"]);
-        trace.mission = MissionKind::Chain;
-        assert_eq!(names(&trace), ["head", "relay 1", "base"]);
+        assert_eq!(names(MissionKind::Swarm), ["drone 0", "drone 1", "base"]);
+        assert_eq!(names(MissionKind::Explore), ["explorer 0", "explorer 1", "base"]);
+        assert_eq!(names(MissionKind::Chain), ["head", "relay 1", "base"]);
     }
 
     #[test]
     fn of_two_explorers_one_alone_is_called_the_head() {
         let roles = [Role::Head, Role::Head, Role::Relay, Role::Base];
-        let names: Vec<_> =
-            (0..).zip(roles).map(|(n, role)| Node { id: NodeId(n), role }.to_string()).collect();
+        let mission = MissionKind::Chain;
+        let name = |(n, role)| Node { id: NodeId(n), role, mission }.to_string();
+        let names: Vec<_> = (0..).zip(roles).map(name).collect();
         assert_eq!(names, ["head", "explorer 1", "relay 2", "base"]);
     }
 }

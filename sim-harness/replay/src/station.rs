@@ -139,9 +139,9 @@ fn nodes(heard: &[Heard], limits: Option<Limits>) -> Vec<Node> {
     });
     let base = limits.map(|limits| limits.base).or_else(|| named.max());
     let base = base.filter(|base| !numbers.contains(base));
-    let drone =
-        |&id: &u8| Node { id: NodeId(id), role: if id == 0 { Role::Head } else { Role::Relay } };
-    let base = base.map(|id| Node { id: NodeId(id), role: Role::Base });
+    let node = |id, role| Node { id: NodeId(id), role, mission: MissionKind::Chain };
+    let drone = |&id: &u8| node(id, if id == 0 { Role::Head } else { Role::Relay });
+    let base = base.map(|id| node(id, Role::Base));
     numbers.iter().map(drone).chain(base).collect()
 }
 

@@ -277,6 +277,7 @@ mod tests {
     use std::io::Cursor;
 
     use ::mcap::MessageStream;
+    use units::MissionKind;
 
     use super::*;
     use crate::synthetic;
@@ -309,6 +310,28 @@ mod tests {
         let links = trace.frames.iter().filter(|frame| frame.drones[1].front.is_some()).count();
         assert_eq!(counts["/drone/1/link/front"], links);
         assert!(!counts.contains_key("/drone/0/link/front"));
+    }
+
+    #[test]
+    fn drones_have_the_names_of_their_mission() {
+        use foxglove::messages::{Log, SceneUpdate};
+        for (mission, name) in [
+            (MissionKind::Chain, "relay 1"),
+            (MissionKind::Swarm, "drone 1"),
+            (MissionKind::Explore, "explorer 1"),
+        ] {
+            let mut trace = synthetic::named_as(mission);
+            trace.frames.truncate(1);
+            let file = written(&trace);
+            let of = |topic| {
+                let messages = MessageStream::new(&file).unwrap().map(Result::unwrap);
+                messages.filter(move |message| message.channel.topic == topic)
+            };
+            let scene = SceneUpdate::decode(&*of("/drones").next().unwrap().data).unwrap();
+            assert_eq!(scene.entities[1].texts[0].text, format!("{name}\narmed"));
+            let log = Log::decode(&*of("/log").nth(1).unwrap().data).unwrap();
+            assert_eq!(log.message, format!("{name}: armed"));
+        }
     }
 
     #[test]

@@ -30,13 +30,21 @@ pub(crate) fn mission() -> Trace {
     }
 }
 
+/// The same drones under the names that they have in another mission.
+pub(crate) fn named_as(kind: MissionKind) -> Trace {
+    let mut trace = mission();
+    trace.mission = kind;
+    trace.nodes.iter_mut().for_each(|node| node.mission = kind);
+    trace
+}
+
 fn node(index: usize) -> Node {
     let role = match index {
         0 => Role::Head,
         BASE => Role::Base,
         _ => Role::Relay,
     };
-    Node { id: NodeId(index as u8), role }
+    Node { id: NodeId(index as u8), role, mission: MissionKind::Chain }
 }
 
 fn floor_plan() -> FloorPlan {

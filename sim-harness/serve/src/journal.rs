@@ -183,13 +183,13 @@ fn kind(order: Order) -> (core::mem::Discriminant<Order>, i8) {
 
 #[cfg(test)]
 mod tests {
-    use units::{MetresPerSecond, NodeId, Role};
+    use units::{MetresPerSecond, MissionKind, NodeId, Role};
 
     use super::*;
 
-    const HEAD: Node = Node { id: NodeId(0), role: Role::Head };
-    const RELAY: Node = Node { id: NodeId(1), role: Role::Relay };
-    const BASE: Node = Node { id: NodeId(2), role: Role::Base };
+    const HEAD: Node = Node { id: NodeId(0), role: Role::Head, mission: MissionKind::Chain };
+    const RELAY: Node = Node { id: NodeId(1), role: Role::Relay, mission: MissionKind::Chain };
+    const BASE: Node = Node { id: NodeId(2), role: Role::Base, mission: MissionKind::Chain };
 
     fn journal() -> Journal {
         Journal::new(vec![HEAD, RELAY, BASE])

@@ -10,7 +10,7 @@ use crtp::{ParameterId, Snapshot};
 use onboard::{Config, Drone, Keys, Setup};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use units::{MetresPerSecond, NodeId, Role};
+use units::{MetresPerSecond, MissionKind, NodeId, Role};
 use wire::p2p::{Epoch, TAG};
 use wire::radio::Datarate;
 
@@ -75,7 +75,7 @@ impl World for Clockwork {
     }
 
     fn nodes(&self) -> Vec<Node> {
-        let node = |Identity { node, role }| Node { id: node, role };
+        let node = |Identity { node, role }| Node { id: node, role, mission: MissionKind::Chain };
         self.drones.iter().map(|drone| node(drone.identity())).collect()
     }
 

@@ -2,7 +2,7 @@
 
 use bridge::Polled;
 use onboard::State;
-use units::{Instant, NodeId, Order, Role};
+use units::{Instant, MissionKind, NodeId, Order, Role};
 
 use super::StockDrone;
 use mission::trace::Node;
@@ -65,7 +65,7 @@ impl World for Served {
     }
 
     fn nodes(&self) -> Vec<Node> {
-        vec![Node { id: NodeId::HEAD, role: Role::Head }]
+        vec![Node { id: NodeId::HEAD, role: Role::Head, mission: MissionKind::Chain }]
     }
 
     /// The vendor's firmware has no agent.

@@ -146,6 +146,17 @@ fn out_writes_exactly_the_files_that_it_lists() {
     assert_eq!(summary["version"], env!("CARGO_PKG_VERSION"));
 }
 
+/// A swarm and an exploration have no head and no relays.
+#[test]
+fn drones_have_the_names_of_their_mission_at_its_end() {
+    for (scenario, name) in [("swarm-b", "drone"), ("explore-room", "explorer")] {
+        let said = String::from_utf8(uchain(&["run", scenario]).stdout).unwrap();
+        let states = said.lines().find_map(|line| line.strip_prefix("  at the end")).unwrap();
+        assert!(states.trim().starts_with(&format!("{name} 0 ")), "{states}");
+        assert!(states.contains(&format!(", {name} 1 ")) && !states.contains("relay"), "{states}");
+    }
+}
+
 /// The same command twice leaves the same bytes in every file, and `--json` prints what
 /// `summary.json` holds.
 #[test]

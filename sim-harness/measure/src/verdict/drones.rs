@@ -171,7 +171,7 @@ mod tests {
     /// Relay 1, which took off at 0.7 m and has landed here.
     fn landed(x: f32, why: LandReason) -> DroneEnd {
         DroneEnd {
-            node: Node { id: NodeId(1), role: Role::Relay },
+            node: Node { id: NodeId(1), role: Role::Relay, mission: MissionKind::Chain },
             state: State::Landed { why },
             at: Point2::new(x, 0.0),
             home: Some(Point2::new(0.7, 0.0)),
@@ -185,7 +185,7 @@ mod tests {
     /// Relay 2, which waits at 0.35 m.
     fn waiting() -> DroneEnd {
         DroneEnd {
-            node: Node { id: NodeId(2), role: Role::Relay },
+            node: Node { id: NodeId(2), role: Role::Relay, mission: MissionKind::Chain },
             state: State::Idle,
             at: Point2::new(0.35, 0.0),
             home: Some(Point2::new(0.35, 0.0)),
@@ -282,7 +282,10 @@ mod tests {
         assert_eq!(found(&[at(0.7), waiting()]), []);
         assert_eq!(found(&[at(0.55), waiting()]), [("stands-in-anothers-place", 1)]);
         assert_eq!(found(&[at(0.4), waiting()]), [("stands-on-drone", 1)]);
-        let second = DroneEnd { node: Node { id: NodeId(3), role: Role::Relay }, ..at(1.4) };
+        let second = DroneEnd {
+            node: Node { id: NodeId(3), role: Role::Relay, mission: MissionKind::Chain },
+            ..at(1.4)
+        };
         assert_eq!(found(&[at(1.5), second]), [("stands-on-drone", 1)]);
         let above = DroneEnd { is_up: true, ..at(0.4) };
         assert_eq!(found(&[above, waiting()]), []);
@@ -291,7 +294,7 @@ mod tests {
     #[test]
     fn drones_that_wait_side_by_side_have_not_come_there() {
         let near = DroneEnd {
-            node: Node { id: NodeId(3), role: Role::Relay },
+            node: Node { id: NodeId(3), role: Role::Relay, mission: MissionKind::Chain },
             at: Point2::new(0.45, 0.0),
             ..waiting()
         };

@@ -194,7 +194,7 @@ impl EvidenceRecord {
         let drone = |(n, (body, state)): (usize, (&bodies::Body, State))| {
             let role = scenario.drones.role(n);
             DroneEnd {
-                node: Node { id: units::NodeId(n as u8), role },
+                node: Node { id: units::NodeId(n as u8), role, mission: scenario.mission },
                 state,
                 at: body.position(),
                 home: self.homes.get(n).copied().flatten().filter(|_| role != Role::Base),

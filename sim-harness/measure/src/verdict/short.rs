@@ -84,14 +84,14 @@ impl Short {
 
 #[cfg(test)]
 mod tests {
-    use units::{Instant, NodeId, Point2, Role};
+    use units::{Instant, MissionKind, NodeId, Point2, Role};
 
     use super::*;
     use mission::trace::Node;
 
     fn drone(number: u8, state: State, turned_back: Option<TurnedBack>) -> DroneEnd {
         DroneEnd {
-            node: Node { id: NodeId(number), role: Role::Relay },
+            node: Node { id: NodeId(number), role: Role::Relay, mission: MissionKind::Explore },
             state,
             at: Point2::new(0.0, 0.0),
             home: Some(Point2::new(0.0, 0.0)),

@@ -244,8 +244,26 @@ pub(super) fn diagnostics(trace: &Trace, frame: &Frame, now: Moment) -> Diagnost
 
 #[cfg(test)]
 mod tests {
+    use units::MissionKind;
+
     use super::*;
     use crate::synthetic;
+
+    #[test]
+    fn drones_have_the_names_of_their_mission() {
+        for (mission, name) in [
+            (MissionKind::Chain, "relay 1"),
+            (MissionKind::Swarm, "drone 1"),
+            (MissionKind::Explore, "explorer 1"),
+        ] {
+            let trace = synthetic::named_as(mission);
+            let (frame, now) = (&trace.frames[0], Moment { micros: 0 });
+            let markers = markers(&trace, frame, now).markers;
+            assert!(markers.iter().any(|marker| marker.text == format!("{name}\narmed")));
+            let status = diagnostics(&trace, frame, now).status;
+            assert_eq!(status[1].name, name);
+        }
+    }
 
     #[test]
     fn a_long_path_keeps_equal_steps_and_its_beginning() {

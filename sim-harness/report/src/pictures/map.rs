@@ -266,7 +266,7 @@ fn names(area: &Area<'_>, view: &View, trace: &Trace, frame: Option<&Frame>) -> 
     obstacles.taken.extend(places.map(|(x, y)| (x - 5.0, y - 5.0, x + 5.0, y + 5.0)));
     for (node, drone) in trace.nodes.iter().zip(drones) {
         if let Some(place) = view.of(drone) {
-            label(area, &trace.name(node), place, node_colour(node), &mut obstacles)?;
+            label(area, &node.to_string(), place, node_colour(node), &mut obstacles)?;
         }
     }
     Ok(())

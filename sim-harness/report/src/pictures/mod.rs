@@ -252,4 +252,12 @@ mod tests {
             draw(&empty).unwrap();
         }
     }
+
+    #[test]
+    fn a_moving_swarm_has_no_head() {
+        let head = ">head</text>";
+        assert!(moving(&synthetic::mission()).unwrap().contains(head));
+        let svg = moving(&synthetic::named_as(units::MissionKind::Swarm)).unwrap();
+        assert!(!svg.contains(head) && svg.contains(">0</text>") && svg.contains(">base</text>"));
+    }
 }

@@ -7,7 +7,7 @@
 use std::fmt::Write;
 
 use plotters::style::RGBColor;
-use units::{NodeId, Role};
+use units::{MissionKind, NodeId, Role};
 
 use super::PictureError;
 use super::map::{View, bounds, farthest, floor, height_of, scale_bar};
@@ -226,7 +226,7 @@ impl<'t> Film<'t> {
         out.push_str("</line>\n");
     }
 
-    /// A disc with a name for each node: the head's is filled, a relay's bears its number.
+    /// A disc for each node: the head's is filled and has its name, any other drone's bears its number.
     fn drones(&self, out: &mut String, stage: &Stage) {
         for (index, node) in self.trace.nodes.iter().enumerate().rev() {
             let places = self.places(stage, index);
@@ -352,11 +352,11 @@ fn mark(node: &Node) -> String {
             "<rect x=\"-65\" y=\"-65\" width=\"130\" height=\"130\" fill=\"{ink}\"/>{}",
             named("base")
         ),
-        Role::Head => format!(
+        Role::Head if node.mission == MissionKind::Chain => format!(
             "<circle r=\"75\" fill=\"{ink}\" stroke=\"{paper}\" stroke-width=\"20\"/>{}",
             named(&node.to_string())
         ),
-        Role::Relay => format!(
+        Role::Head | Role::Relay => format!(
             "<circle r=\"75\" fill=\"{paper}\" stroke=\"{ink}\" stroke-width=\"20\"/><text y=\"36\" \
              text-anchor=\"middle\" {}>{}</text>",
             font(100, &INK),
@@ -395,10 +395,8 @@ fn events(trace: &Trace) -> Vec<(u64, String)> {
                 continue;
             }
             match now_drone.state.name() {
-                "taking-off" => {
-                    events.push((now.time_us, format!("{} takes off", trace.name(node))))
-                }
-                "landed" => events.push((now.time_us, format!("{} has landed", trace.name(node)))),
+                "taking-off" => events.push((now.time_us, format!("{node} takes off"))),
+                "landed" => events.push((now.time_us, format!("{node} has landed"))),
                 _ => {}
             }
         }

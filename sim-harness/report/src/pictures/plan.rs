@@ -42,6 +42,7 @@ fn standing(plan: &PlanPicture<'_>) -> Trace {
             n if n == last => Role::Base,
             _ => Role::Relay,
         },
+        mission: MissionKind::Chain,
     };
     let drone = |&at: &Point2| DroneFrame {
         pose: Pose2 { at, yaw: Radians(0.0) },

@@ -31,7 +31,7 @@ pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str, timed: bool) ->
     for (node, points) in trace.nodes.iter().zip(all).rev() {
         let colour = node_colour(node);
         if let Some(end) = points.iter().rev().find(|p| p.1.is_finite()) {
-            labels.push((end.1, trace.name(node), colour));
+            labels.push((end.1, node.to_string(), colour));
         }
         chart.line(points, stroke(&colour, 1.6))?;
     }

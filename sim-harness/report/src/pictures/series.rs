@@ -3,7 +3,7 @@
 use agent::{AgentConfig, State};
 use units::{Db, NodeId};
 
-use mission::trace::{DroneFrame, Frame, LinkFrame, Trace};
+use mission::trace::{DroneFrame, Frame, LinkFrame, Node, Trace};
 
 /// More points to a line than this no screen or paper shows.
 const MOST_POINTS: usize = 2000;
@@ -89,13 +89,9 @@ fn link(trace: &Trace, receiver: usize) -> Option<LinkSeries> {
         });
     }
     let name = |id: NodeId| {
-        trace
-            .nodes
-            .iter()
-            .find(|n| n.id == id)
-            .map_or_else(|| id.to_string(), |node| trace.name(node))
+        trace.nodes.iter().find(|n| n.id == id).map_or_else(|| id.to_string(), Node::to_string)
     };
-    let own = trace.name(trace.nodes.get(receiver)?);
+    let own = trace.nodes.get(receiver)?.to_string();
     let (name, peers) = match peers.as_slice() {
         [] => return None,
         [(_, only)] => (format!("{} \u{2013} {own}", name(*only)), Vec::new()),

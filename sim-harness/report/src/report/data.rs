@@ -96,7 +96,7 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
     let state = column(drones.iter().map(|drone| Some(number_of(state_name(drone), states))));
     let [r, g, b] = trace.nodes.get(index).map(node_rgb).unwrap_or_default();
     json!({
-        "name": trace.nodes.get(index).map(|node| trace.name(node)),
+        "name": trace.nodes.get(index).map(ToString::to_string),
         "role": trace.nodes.get(index).map(|node| node.role.name()),
         "colour": format!("#{r:02x}{g:02x}{b:02x}"),
         "x": metres(&|drone| drone.pose.at.x),
