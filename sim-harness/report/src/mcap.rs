@@ -2,8 +2,8 @@
 //!
 //! Foxglove draws `SceneUpdate`s and knows every well-known schema; Rerun draws point clouds,
 //! transforms and logs of the same family, and plots any number in any protobuf message. So
-//! places are written twice, as a scene and as points, and everything else once. The book's chapter
-//! "What a run leaves behind" lists topics and fields.
+//! places and links are written twice, as a scene and as points, and everything else once. The
+//! book's chapter "What a run leaves behind" lists topics and fields.
 //!
 //! Times are those of the mission: it begins at 0, the first of January 1970. The file holds no
 //! other clock and no counter from outside, so one trace makes one file.
@@ -126,6 +126,7 @@ fn write_frame<W: Write + Seek>(
     recording.put(shared.transforms, now, &scene::transforms(trace, frame, now))?;
     recording.put(shared.drones, now, &scene::drones(trace, frame, now))?;
     recording.put(shared.points, now, &scene::points(trace, frame, now))?;
+    recording.put(shared.links, now, &scene::link_points(trace, frame, now))?;
     for change in scene::state_changes(trace, frame, before, now) {
         recording.put(shared.log, now, &change)?;
     }
@@ -171,6 +172,7 @@ struct SharedTopics {
     transforms: Topic,
     drones: Topic,
     points: Topic,
+    links: Topic,
     log: Topic,
 }
 
@@ -183,6 +185,7 @@ impl SharedTopics {
             transforms: recording.topic::<FrameTransforms>("/tf")?,
             drones: recording.topic::<SceneUpdate>("/drones")?,
             points: recording.topic::<PointCloud>("/drones/points")?,
+            links: recording.topic::<PointCloud>("/drones/links")?,
             log: recording.topic::<Log>("/log")?,
         })
     }
@@ -304,7 +307,14 @@ mod tests {
         }
         assert_eq!(last, trace.frames.last().unwrap().time_us * 1000);
         assert_eq!((counts["/map"], counts["/map/walls"]), (1, 1));
-        for topic in ["/tf", "/drones", "/drones/points", "/drone/0/state", "/drone/4/state"] {
+        for topic in [
+            "/tf",
+            "/drones",
+            "/drones/points",
+            "/drones/links",
+            "/drone/0/state",
+            "/drone/4/state",
+        ] {
             assert_eq!(counts[topic], trace.frames.len(), "{topic}");
         }
         let links = trace.frames.iter().filter(|frame| frame.drones[1].front.is_some()).count();
@@ -332,6 +342,27 @@ mod tests {
             let log = Log::decode(&*of("/log").nth(1).unwrap().data).unwrap();
             assert_eq!(log.message, format!("{name}: armed"));
         }
+    }
+
+    #[test]
+    fn a_link_is_a_row_of_points_from_one_drone_to_the_other() {
+        let mut trace = synthetic::mission();
+        // Relay 1 and the head alone, on the straight at the beginning.
+        trace.frames = vec![trace.frames[400].clone()];
+        let frame = &mut trace.frames[0];
+        frame.drones.iter_mut().skip(2).for_each(|drone| drone.front = None);
+        let ends = [1, 0].map(|drone| spatial(&frame.drones[drone]));
+        let file = written(&trace);
+        let mut messages = MessageStream::new(&file).unwrap().map(Result::unwrap);
+        let message = messages.find(|message| message.channel.topic == "/drones/links").unwrap();
+        let cloud = foxglove::messages::PointCloud::decode(&*message.data).unwrap();
+        let number = |bytes: &[u8]| f32::from_le_bytes(bytes.try_into().unwrap());
+        let points: Vec<[f32; 3]> =
+            cloud.data.chunks(16).map(|p| [0, 4, 8].map(|at| number(&p[at..at + 4]))).collect();
+        assert_eq!([points[0], points[points.len() - 1]], ends);
+        let gap =
+            |pair: &[[f32; 3]]| libm::hypotf(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
+        assert!(points.windows(2).all(|pair| gap(pair) < 0.5), "{points:?}");
     }
 
     #[test]

@@ -141,7 +141,7 @@ pub(super) fn drones(trace: &Trace, frame: &Frame, now: Moment) -> SceneUpdate {
     let all = trace.nodes.iter().zip(&frame.drones);
     let mut entities: Vec<_> = all.map(|(node, drone)| body(node, drone, now)).collect();
     let mut deletions = Vec::new();
-    let lines = links(trace, frame);
+    let lines: Vec<_> = links(trace, frame).iter().map(DrawnLink::line).collect();
     if lines.is_empty() {
         deletions.push(SceneEntityDeletion {
             timestamp: Some(now.timestamp()),
@@ -219,29 +219,61 @@ fn beams(drone: &DroneFrame) -> Option<LinePrimitive> {
     })
 }
 
+/// A link between two drones, as it is drawn.
+struct DrawnLink {
+    ends: [[f32; 3]; 2],
+    /// Red, green and blue, from 0 to 1.
+    colour: [f64; 3],
+}
+
+impl DrawnLink {
+    fn line(&self) -> LinePrimitive {
+        let [r, g, b] = self.colour;
+        LinePrimitive {
+            r#type: line_primitive::Type::LineList as i32,
+            pose: Some(origin()),
+            thickness: 0.04,
+            points: self.ends.map(|[x, y, z]| point3(x, y, z)).to_vec(),
+            color: Some(Color { r, g, b, a: 0.9 }),
+            ..LinePrimitive::default()
+        }
+    }
+
+    /// Points from one end to the other, both included.
+    fn points(&self) -> impl Iterator<Item = ([f32; 3], [u8; 3])> {
+        const SPACING: f32 = 0.25;
+        let [from, to] = self.ends;
+        let [dx, dy, dz] = [0, 1, 2].map(|axis| to[axis] - from[axis]);
+        let length = libm::hypotf(libm::hypotf(dx, dy), dz);
+        let steps = (length / SPACING).clamp(1.0, 1000.0) as u32;
+        let colour = self.colour.map(|part| (part * 255.0) as u8);
+        (0..=steps).map(move |n| {
+            let t = n as f32 / steps as f32;
+            ([0, 1, 2].map(|axis| from[axis] * (1.0 - t) + to[axis] * t), colour)
+        })
+    }
+}
+
+/// The links as rows of points, for viewers that draw no scenes.
+pub(super) fn link_points(trace: &Trace, frame: &Frame, now: Moment) -> PointCloud {
+    cloud(links(trace, frame).iter().flat_map(DrawnLink::points), now)
+}
+
 /// Each link towards the head, blue where it has 15 dB to spare, vermilion at the launch limit.
-fn links(trace: &Trace, frame: &Frame) -> Vec<LinePrimitive> {
+fn links(trace: &Trace, frame: &Frame) -> Vec<DrawnLink> {
     const SPARE: f64 = 15.0;
     // Without a limit, about where packets begin to be lost.
     let limit = launch_limit(trace).unwrap_or(-85.0);
-    let line = |drone: &DroneFrame| {
+    let link = |drone: &DroneFrame| {
         let link = drone.front.as_ref()?;
         let peer = trace.nodes.iter().position(|node| node.id == link.peer)?;
         let other = frame.drones.get(peer)?;
         let share = ((f64::from(link.filtered.0) - limit) / SPARE).clamp(0.0, 1.0);
         let mix = |weak: f64, strong: f64| weak + (strong - weak) * share;
-        let colour = Color { r: mix(0.84, 0.0), g: mix(0.37, 0.45), b: mix(0.0, 0.70), a: 0.9 };
-        let ends = [spatial(drone), spatial(other)];
-        Some(LinePrimitive {
-            r#type: line_primitive::Type::LineList as i32,
-            pose: Some(origin()),
-            thickness: 0.04,
-            points: ends.map(|[x, y, z]| point3(x, y, z)).to_vec(),
-            color: Some(colour),
-            ..LinePrimitive::default()
-        })
+        let colour = [mix(0.84, 0.0), mix(0.37, 0.45), mix(0.0, 0.70)];
+        Some(DrawnLink { ends: [spatial(drone), spatial(other)], colour })
     };
-    frame.drones.iter().filter_map(line).collect()
+    frame.drones.iter().filter_map(link).collect()
 }
 
 /// A line for every drone that does something else than in the frame before; at the start, for
