@@ -193,6 +193,38 @@ async fn a_viewer_is_given_what_is_recorded() {
     }
 }
 
+/// The topics and fields that the layout for the station shows, such as `/drone/0/report.state`, and topics alone.
+fn shown_by_the_layout() -> Vec<String> {
+    let file =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../sim-harness/assets/viewers/foxglove/station.json");
+    let layout: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    let panels = layout["configById"].as_object().unwrap().values();
+    let shown = panels.flat_map(|panel| {
+        let paths = panel["paths"].as_array().into_iter().flatten().map(|path| &path["value"]);
+        paths.chain(panel.get("topicPath")).map(|path| path.as_str().unwrap().to_owned())
+    });
+    shown.collect()
+}
+
+#[tokio::test]
+async fn the_layout_shows_what_is_streamed() {
+    let chain = SimulatedChain::demo();
+    let station = StationProcess::start(&chain.address(), &[]);
+    let mut viewer = Viewer::open(station.page, SDK, "", None).await.unwrap();
+    let drones =
+        |viewer: &Viewer| (0..4).all(|n| viewer.has(&format!("/drone/{n}/report"), "state"));
+    viewer.take_until("report of every drone", drones).await;
+    let shown = shown_by_the_layout();
+    assert!(shown.len() > 12, "{shown:?}");
+    for path in shown {
+        let (topic, field) = path.split_once('.').unwrap_or((&path, ""));
+        let channel = viewer.channels.values().find(|channel| channel["topic"] == topic);
+        let schema = channel.unwrap_or_else(|| panic!("no {topic}"))["schema"].as_str().unwrap();
+        let schema: Value = serde_json::from_str(schema).unwrap();
+        assert!(field.is_empty() || schema["properties"].get(field).is_some(), "{path}: {schema}");
+    }
+}
+
 #[tokio::test]
 async fn a_viewer_that_asks_for_what_is_not_there_is_told_so_and_is_served_on() {
     let station = StationProcess::start(NO_BASE, &["--map", "demo"]);

@@ -43,3 +43,4 @@ mod survey_routes;
 mod swarms_cross;
 mod twist;
 mod verdict;
+mod viewers;
