@@ -217,7 +217,7 @@ async fn the_layout_shows_what_is_streamed() {
     let shown = shown_by_the_layout();
     assert!(shown.len() > 12, "{shown:?}");
     for path in shown {
-        let (topic, field) = path.split_once('.').unwrap_or((&path, ""));
+        let (topic, field) = path.split_once('.').unwrap_or((path.as_str(), ""));
         let channel = viewer.channels.values().find(|channel| channel["topic"] == topic);
         let schema = channel.unwrap_or_else(|| panic!("no {topic}"))["schema"].as_str().unwrap();
         let schema: Value = serde_json::from_str(schema).unwrap();
