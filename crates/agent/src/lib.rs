@@ -66,6 +66,8 @@ pub use mission::swarm::{SwarmConfig, SwarmDuty};
 pub use odometry::{Reckoning, odometer_deviation};
 pub use state::{LandReason, State};
 
+pub use virtual_forces::Target as SwarmTarget;
+
 use ::chain::filter::LinkEstimate;
 use ::chain::report::Report;
 use tunnel_nav::{Diagonals, Guide, NavCommand, Navigator, Walls};

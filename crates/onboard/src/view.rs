@@ -1,6 +1,6 @@
 //! Gives read access to the state of a drone.
 
-use agent::State;
+use agent::{State, SwarmTarget};
 use airlink::{Airlink, Counters, Identity, Seal, Status};
 use chain::filter::LinkEstimate;
 use crtp::Node;
@@ -26,6 +26,12 @@ impl<S: Seal> Drone<S> {
     #[must_use]
     pub const fn state(&self) -> State {
         self.agent.state()
+    }
+
+    /// Where a drone of a swarm is to be, for observers; see [`Agent::target`](agent::Agent::target).
+    #[must_use]
+    pub fn target(&self) -> Option<SwarmTarget> {
+        self.agent.target()
     }
 
     /// The outputs of the agent's last round; `None` before the first.

@@ -37,6 +37,7 @@ mod plan;
 mod room;
 mod survey;
 mod takeover;
+mod target;
 mod team;
 
 pub use config::{Config, Guard, ObstacleForce, Places, Rows, Sweep, Wait, Weight};
@@ -48,4 +49,5 @@ pub use obstacles::Obstacles;
 pub use pace::Pace;
 pub use plan::Plan;
 pub use survey::Survey;
+pub use target::Target;
 pub use team::Heard;

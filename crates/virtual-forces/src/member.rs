@@ -154,7 +154,7 @@ impl<const N: usize> Member<N> {
     }
 
     /// Returns the survey of this part of the mission, or the last one on the way back.
-    fn survey(&self) -> &Survey {
+    pub(crate) fn survey(&self) -> &Survey {
         let [first, second] = &self.plan.surveys;
         if self.leg == Leg::First { first } else { second }
     }

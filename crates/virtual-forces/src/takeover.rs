@@ -69,6 +69,11 @@ impl Takeover {
         true
     }
 
+    /// Returns the number of the row that is flown over.
+    pub(crate) const fn row(&self) -> u16 {
+        self.row
+    }
+
     /// Returns the end of the row to which the drone goes.
     pub(crate) fn goal(&self, survey: &Survey) -> Point2 {
         survey.end(self.row, self.far)

@@ -18,7 +18,7 @@
 //! | `ideal` | the link that carries reports and orders without packets |
 //! | `called` | a speed law of the simulator's caller in the policy's place |
 //! | `track` | where the members are on the skeleton |
-//! | [`trace`] | the record of a mission; `team_map`: what its explorers know together |
+//! | [`trace`] | the record of a mission; `team_map`: what its explorers know together; `team_links`: who hears whom |
 //! | `view`, `record` | what may be looked at from outside, and the record of it |
 //! | `contacts`, `log`, `parts` | contacts between drones, figures of the radio, time by parts |
 
@@ -38,6 +38,7 @@ mod parts;
 mod record;
 mod seal;
 mod strengths;
+mod team_links;
 mod team_map;
 pub mod trace;
 mod track;

@@ -2,7 +2,8 @@
 
 use agent::Exploration;
 use tunnel_nav::Range;
-use units::{NodeId, Setpoint};
+use units::{MissionKind, NodeId, Point2, Setpoint};
+use virtual_forces::Passage;
 
 use super::team_map::TeamMap;
 use super::{Mission, World};
@@ -42,16 +43,32 @@ impl<'a> Mission<'a> {
                 })
                 .collect(),
             launch_limit: self.scenario.agent.launch.limit,
+            passage: self.passage(),
             team_map: TeamMap::default(),
             frames: Vec::new(),
         }
+    }
+
+    /// The corners of the passage of a swarm, in order around it.
+    fn passage(&self) -> Option<[Point2; 4]> {
+        let Passage { entrance, way, width, length } = self.scenario.agent.swarm.passage;
+        let corner = |along: f32, left: f32| {
+            Point2::new(
+                entrance.x + along * way.x - left * way.y,
+                entrance.y + along * way.y + left * way.x,
+            )
+        };
+        let half = 0.5 * width.0;
+        let corners = [(0.0, half), (length.0, half), (length.0, -half), (0.0, -half)];
+        (self.scenario.mission == MissionKind::Swarm)
+            .then(|| corners.map(|(along, left)| corner(along, left)))
     }
 
     /// The present state of the mission, for the record.
     #[must_use]
     pub fn frame(&self) -> Frame {
         let drones = (0..self.members.len()).map(|n| self.drone_frame(n)).collect();
-        Frame { time_us: self.time_us(), order: self.task(), drones }
+        Frame { time_us: self.time_us(), order: self.task(), drones, team_links: self.team_links() }
     }
 
     fn drone_frame(&self, n: usize) -> DroneFrame {
@@ -82,6 +99,7 @@ impl<'a> Mission<'a> {
             yaw_rate,
             ranges: [beams.nw, beams.ne, beams.sw, beams.se].map(metres),
             state: member.state(),
+            target: member.onboard.hosted().and_then(|hosted| hosted.drone().target()),
             goal: member.onboard.exploration().and_then(Exploration::goal),
             battery_v: body.craft().map_or(f32::NAN, |craft| craft.battery().volts()),
             front: link(status.and_then(|status| status.front)),

@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use agent::State;
+use agent::{State, SwarmTarget};
 use units::{Branch, Course, Dbm, MissionKind, NodeId, Order, Point2, Pose2, Role};
 use world::{FloorPlan, SkeletonPlace};
 
+pub use crate::team_links::TeamLink;
 pub use crate::team_map::{Change, Ground, Lattice, TeamMap};
 
 /// A whole mission.
@@ -23,6 +24,8 @@ pub struct Trace {
     pub nodes: Vec<Node>,
     /// The launch limit: when a link is weaker, the next relay takes off.
     pub launch_limit: Dbm,
+    /// The corners of the passage that a swarm crosses, in order around it.
+    pub passage: Option<[Point2; 4]>,
     /// What the drones of an exploration know of their area together, as it grows.
     pub team_map: TeamMap,
     /// The frames, in order of time, one per 0.2 s.
@@ -64,6 +67,8 @@ pub struct Frame {
     pub order: Order,
     /// The members, one for each of [`Trace::nodes`].
     pub drones: Vec<DroneFrame>,
+    /// The pairs of members of a swarm or an exploration that hear each other.
+    pub team_links: Vec<TeamLink>,
 }
 
 /// One drone at one moment, in metres, m/s and radians.
@@ -87,6 +92,8 @@ pub struct DroneFrame {
     pub state: State,
     /// Where a drone that explores is flying to, by its own estimate.
     pub goal: Option<Point2>,
+    /// Where a drone of a swarm is to be; `None` in the passage, which has no places.
+    pub target: Option<SwarmTarget>,
     /// The voltage of its battery; NaN for the base, and for points, which have none.
     pub battery_v: f32,
     /// The drone's link towards the head, while it has one.
@@ -175,7 +182,12 @@ mod tests {
 
     #[test]
     fn a_thinned_record_has_the_first_frame_and_the_last_and_equal_steps_between() {
-        let frame = |n: u64| Frame { time_us: n, order: Order::Wait, drones: Vec::new() };
+        let frame = |n: u64| Frame {
+            time_us: n,
+            order: Order::Wait,
+            drones: Vec::new(),
+            team_links: Vec::new(),
+        };
         let (mut frames, mut thinning) = (Vec::new(), Thinning::default());
         for n in 0..50_000 {
             thinning.add(&mut frames, frame(n));

@@ -83,6 +83,7 @@ fn record_of(name: String, heard: &[Heard]) -> StationRecord {
         floor_plan,
         nodes,
         launch_limit: Dbm(limits.map_or(f32::NEG_INFINITY, |limits| limits.launch_limit_dbm)),
+        passage: None,
         team_map: TeamMap::default(),
         frames: Vec::new(),
     };
@@ -114,7 +115,10 @@ fn record_of(name: String, heard: &[Heard]) -> StationRecord {
             drone(last.get(&node.id.0), now, way, pose)
         };
         let drones = trace.nodes.iter().enumerate().map(drone).collect();
-        thinning.add(&mut trace.frames, Frame { time_us: now - first, order, drones });
+        thinning.add(
+            &mut trace.frames,
+            Frame { time_us: now - first, order, drones, team_links: Vec::new() },
+        );
         now += FRAME_US;
     }
     let summary = summary(&trace, heard, limits);
@@ -205,6 +209,7 @@ fn drone(said: Option<&(u64, DroneReport)>, now: u64, way: f32, pose: Pose2) -> 
         ranges: [f32::NAN; 4],
         state: said.map_or(agent::State::Idle, |(_, report)| state::of_code(report.state_code)),
         goal: None,
+        target: None,
         battery_v: said.and_then(|(_, report)| report.battery_v).unwrap_or(f32::NAN),
         front: None,
         back: back.map(|(peer, rssi)| LinkFrame {

@@ -173,6 +173,7 @@ mod tests {
             state: agent::State::Idle,
             battery_v: f32::NAN,
             goal: Some(Point2::new(2.0, -1.25)),
+            target: None,
             front: None,
             back: None,
         };

@@ -25,6 +25,7 @@ pub(crate) fn mission() -> Trace {
         floor_plan: floor_plan(),
         nodes: (0..=BASE).map(node).collect(),
         launch_limit: Dbm(-70.0),
+        passage: None,
         team_map: TeamMap::default(),
         frames,
     }
@@ -101,7 +102,7 @@ fn frame(tick: u64, noise: &mut Noise) -> Frame {
         (0..=BASE).filter(|&k| k == 0 || k == BASE || t >= 60.0 * k as f32).collect();
     let drones = (0..=BASE).map(|k| drone(k, t, &places, &flying, noise)).collect();
     let order = if t < 250.0 { Order::explore(MetresPerSecond(0.16)) } else { Order::Return };
-    Frame { time_us: tick * 200_000, order, drones }
+    Frame { time_us: tick * 200_000, order, drones, team_links: Vec::new() }
 }
 
 fn drone(k: usize, t: f32, places: &[f32], flying: &[usize], noise: &mut Noise) -> DroneFrame {
@@ -125,6 +126,7 @@ fn drone(k: usize, t: f32, places: &[f32], flying: &[usize], noise: &mut Noise) 
         ranges: if up { [1.5, 1.6, f32::INFINITY, 1.4] } else { [f32::NAN; 4] },
         state: state(k, t, up),
         goal: None,
+        target: None,
         battery_v: if k == BASE { f32::NAN } else { 4.1 - 0.002 * t },
         front: if k == 0 || (k == 2 && lost(t)) { None } else { link(peer(-1)) },
         back: if k == BASE { None } else { link(peer(1)) },

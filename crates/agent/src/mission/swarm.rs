@@ -7,12 +7,14 @@
 //! | `drift` | by how much a turning drone flies beside the direction that it is told |
 //! | `duty` | the duties of a drone in the air, and the transitions between them |
 //! | `news` | what the drones tell each other, and what one remembers of it |
+//! | `target` | where a drone is to be, for observers |
 //! | `walls` | the walls around a drone, by what its side beams have hit |
 
 mod config;
 mod drift;
 mod duty;
 mod news;
+mod target;
 mod walls;
 
 pub use config::SwarmConfig;

@@ -54,6 +54,7 @@ fn standing(plan: &PlanPicture<'_>) -> Trace {
         ranges: [f32::NAN; 4],
         state: State::Idle,
         goal: None,
+        target: None,
         battery_v: f32::NAN,
         front: None,
         back: None,
@@ -66,7 +67,8 @@ fn standing(plan: &PlanPicture<'_>) -> Trace {
         floor_plan: plan.plan.clone(),
         nodes: (0..plan.places.len()).map(node).collect(),
         launch_limit: Dbm(0.0),
+        passage: None,
         team_map: TeamMap::default(),
-        frames: vec![Frame { time_us: 0, order: Order::Wait, drones }],
+        frames: vec![Frame { time_us: 0, order: Order::Wait, drones, team_links: Vec::new() }],
     }
 }
