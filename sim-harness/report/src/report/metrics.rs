@@ -6,6 +6,7 @@ use std::fmt::Write;
 use serde_json::{Map, Value};
 use units::MissionKind;
 
+use super::meanings::meaning;
 use crate::pictures::escaped;
 
 /// Objects within objects become sections, to this depth; deeper ones are shown as JSON.
@@ -83,95 +84,6 @@ const OF_CHAINS: [&str; 6] =
 fn is_above(key: &str) -> bool {
     ["title", "success", "failures"].contains(&key)
 }
-
-/// What a figure means, in the words of the book's chapter on metrics.
-fn meaning(key: &str) -> Option<&'static str> {
-    MEANINGS.iter().find(|(known, _)| *known == key).map(|(_, words)| *words)
-}
-
-const MEANINGS: [(&str, &str); 57] = [
-    (
-        "fidelity",
-        "how closely drones are simulated: as points, rigid bodies, or with the firmware's file",
-    ),
-    ("link", "every packet (exact), or reports with a loss and a delay (ideal)"),
-    ("ended", "what ended the exploration"),
-    ("t50_s", "when half of what a drone can reach was known"),
-    ("t99_s", "when 99 % of it was known"),
-    ("ended_s", "when the last drone finished exploring"),
-    ("unfinished", "drones that had not finished at the end"),
-    ("false_free", "part of the true walls that the maps show as free"),
-    ("least", "the bound: no less than this"),
-    ("most", "the bound: no more than this"),
-    ("value", "what was reached"),
-    ("met", "whether the bound was kept"),
-    ("assumed_widths", "stations of the route whose widths the survey does not tell"),
-    ("is_cut", "whether the route ends before the survey does"),
-    ("across_s", "when all drones began to land, across the passage"),
-    ("hold_from_s", "the longest hover of the head in one place begins"),
-    ("hold_until_s", "it ends"),
-    ("t3_s", "time in the hold until the strengths of all links were equal to 3 dB, and stayed so"),
-    ("t1_s", "the same to 1 dB"),
-    (
-        "t_gap1_s",
-        "time in the hold until the weakest link was within 1 dB of that of the best chain",
-    ),
-    (
-        "t_repair_s",
-        "time from the last loss of a drone until the rest was within 1 dB of its best chain",
-    ),
-    (
-        "gap_db",
-        "how much weaker the weakest link is than that of the best chain, at the end of the hold",
-    ),
-    ("difference_db", "how much neighbouring links differ, at the end of the hold"),
-    ("hold_spread_db", "the largest difference between two links, at the end of the hold"),
-    ("swing_p95_db", "how much a link still swings at the end of the hold, 19 times of 20"),
-    ("position_sd_m", "how much relays still move at the end of the hold, standard deviation"),
-    ("path_m", "distance flown by a relay in the hold"),
-    (
-        "hold_violation",
-        "part of the hold in which a link was more than 0.5 dB weaker than the limit",
-    ),
-    (
-        "relays_beyond_need",
-        "relays in the hold beyond those that the best chain needs, in the mean over the hold",
-    ),
-    ("bound_s", "the shortest time in which relays can come to the best places"),
-    ("launched", "the most relays that were in the chain at the same time"),
-    ("needed", "relays that the best chain needs so that no link is weaker than the limit"),
-    (
-        "violation",
-        "part of the time under way in which a link was more than 0.5 dB weaker than the limit",
-    ),
-    ("peak_excess_db", "by how much the weakest link was weaker than the limit at most"),
-    (
-        "cruise_gap_db",
-        "how much weaker the weakest link is than that of the best chain while the head flies in",
-    ),
-    ("farthest_m", "the head's greatest distance from the base, along the way"),
-    ("t_farthest_s", "when the head was there"),
-    ("head_heard_until_s", "the last time that the head was heard at the base"),
-    ("still_flying", "drones in the air at the end"),
-    ("order_lost", "how often a drone was on the wrong side of its neighbour"),
-    ("air_time", "part of the time in which a drone sends"),
-    ("weak", "packets that were too weak to be heard"),
-    ("chance", "packets lost by chance, as the scenario says"),
-    ("collision", "packets lost because two were sent at once"),
-    ("deaf", "packets that came while the receiver itself was sending, or off"),
-    ("cut", "packets that the scenario cut off"),
-    ("pilot_delay_p50_s", "time from the pilot's stick to the head's radio link, median"),
-    ("pilot_delay_p95_s", "the same, which one order in twenty exceeds"),
-    ("came_m", "how far the head came"),
-    ("could_m", "how far it could have come with a perfect chain"),
-    ("stood_s", "how long the head stood although it could have flown on"),
-    ("surplus_at_rest", "relays more than were needed at the end"),
-    ("covered", "part of the area that was surveyed"),
-    ("explored", "part of what a drone can reach that is known at the end"),
-    ("walls_found", "part of the rock about the place for which a map has a wall"),
-    ("false_walls", "part of the walls of the maps that are none"),
-    ("sealed", "whether packets are encrypted and authenticated"),
-];
 
 /// The endings of metric names, and the units that they stand for, longest first.
 const UNITS: [(&str, &str); 14] = [
