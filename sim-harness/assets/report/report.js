@@ -12,16 +12,14 @@
   };
   const times = whole(data.times, 1e-3);
   const last = times.length - 1;
-  // These three would drown in the dark: the style sheet has a shade for each scheme.
-  const SHADES = { "#52606d": "var(--wall)", "#0072b2": "var(--blue)", "#882255": "var(--wine)" };
   const nodes = data.nodes.map((node) => ({
     ...node,
-    colour: SHADES[node.colour] ?? node.colour,
     x: whole(node.x, 1e-3), y: whole(node.y, 1e-3), z: whole(node.z, 1e-3),
     yaw: whole(node.yaw, 1e-3), way: whole(node.way, 1e-3),
     battery: whole(node.battery, 1e-3),
     state: whole(node.state, 1), ranges: node.ranges.map((beam) => met(whole(beam, 1e-3))),
     goalX: whole(node.goalX, 1e-3), goalY: whole(node.goalY, 1e-3),
+    target: node.target.map((axis) => whole(axis, 1e-3)), rowFrom: node.rowFrom.map((axis) => whole(axis, 1e-3)), row: whole(node.row, 1),
     front: link(node.front), back: link(node.back),
   }));
   // A beam that saw nothing is told as a negative range.
@@ -41,6 +39,8 @@
   const fixed = (value, digits) => (value === null ? "–" : value.toFixed(digits).replace(/^-0(\.0*)?$/, "0$1").replace("-", "−"));
   const minutes = (t) => `${Math.floor(t / 60)}:${String(Math.floor(t % 60)).padStart(2, "0")}`;
   const moment = (t) => `${minutes(t)} (${t.toFixed(1)} s)`;
+
+  const isChain = data.mission === "chain";
 
   // ---- what each state looks like in the strips: paler than the drones, whose colours are full
   const KINDS = [
@@ -94,12 +94,10 @@
   };
 
   // ---- links
-  const SPARE = 15; // dB above the launch limit where a link counts as strong
-  const limit = data.limit ?? -85; // without a limit, about where packets begin to be lost
-  const WEAK = [213, 94, 0], STRONG = [0, 115, 179];
+  const ramp = data.linkColours;
   const strength = (dbm) => {
-    const share = Math.min(1, Math.max(0, (dbm - limit) / SPARE));
-    return `rgb(${WEAK.map((w, c) => Math.round(w + (STRONG[c] - w) * share)).join(" ")})`;
+    const share = Math.min(1, Math.max(0, (dbm - ramp.from) / (ramp.to - ramp.from)));
+    return ramp.colours[Math.round(share * (ramp.colours.length - 1))];
   };
   // A node's link towards the head: as it knew it, or as the one at the other end did. A drone that is down
   // has none, though what it knew last still stands in the record.
@@ -117,6 +115,28 @@
     return null;
   };
 
+  // In a swarm and an exploration: who hears whom, with the true strength at the weaker end.
+  const team = data.teamLinks.map(({ ends, dbm }) => ({ ends, dbm: whole(dbm, 1) }));
+  // The links that connect all who hear one another, from the strongest on each that joins two parts: the weakest
+  // of them is as strong as it can be.
+  function teamLinks(i) {
+    const part = nodes.map((_, index) => index);
+    const heard = team.filter((pair) => pair.dbm[i] !== null).sort((a, b) => b.dbm[i] - a.dbm[i]);
+    return heard.flatMap(({ ends: [a, b], dbm }) => {
+      const [kept, joined] = [part[a], part[b]];
+      if (kept === joined) return [];
+      part.forEach((of, index) => { if (of === joined) part[index] = kept; });
+      return [{ a, b, dbm: dbm[i], words: `true ${fixed(dbm[i], 0)} dBm, at the weaker end` }];
+    });
+  }
+  const chainLinks = (i) => nodes.flatMap((_, index) => {
+    const link = towardsHead(index, i);
+    if (!link || link.filtered === null) return [];
+    return [{ a: link.peer, b: index, dbm: link.filtered, words: `received ${fixed(link.raw, 0)} dBm\nfiltered ${fixed(link.filtered, 1)} dBm\ntrue ${fixed(link.truth, 1)} dBm` }];
+  });
+  const linksAt = isChain ? chainLinks : teamLinks;
+  const between = ({ a, b }) => `${nodes[a].name} – ${nodes[b].name}`;
+
   // ---- the map
   // The changes of the map that explorers have drawn together, in order of time.
   const changes = (data.map?.moments ?? []).flatMap(([ms, cells, grounds]) =>
@@ -133,6 +153,18 @@
   for (const centre of data.centres) {
     make(layers.plan, "polyline", { class: "centre", points: centre.map(([x, y]) => `${x},${-y}`).join(" ") });
   }
+  if (data.passage) {
+    const points = data.passage.map(([x, y]) => `${x},${-y}`).join(" ");
+    const area = make(layers.plan, "polygon", { points, class: "passage" });
+    area.addEventListener("pointermove", (event) => tell("the passage that the swarm crosses", event));
+    area.addEventListener("pointerleave", () => tell(""));
+  }
+  // Each line has a wide one over it that is not seen, so that the pointer meets it.
+  const lines = nodes.map(() => ({ link: make(layers.links, "line", { class: "link" }), hit: make(layers.links, "line", { class: "hit" }), shown: null }));
+  for (const line of lines) {
+    line.hit.addEventListener("pointermove", (event) => tell(line.shown ? `${between(line.shown)}\n${line.shown.words}` : "", event));
+    line.hit.addEventListener("pointerleave", () => tell(""));
+  }
   // Many names would hide each other: then a relay has its number alone.
   const few = nodes.length <= 8;
   const marks = nodes.map((node) => {
@@ -146,13 +178,18 @@
       body, name, doing, lead: name.firstChild,
       trail: make(layers.trails, "polyline", { class: "trail", style: `stroke:${node.colour}` }),
       beams: node.ranges.map(() => make(layers.beams, "line", { class: "beam" })),
-      link: make(layers.links, "line", { class: "link" }),
+      row: make(layers.goals, "line", { class: "row", style: `stroke:${node.colour}` }),
+      place: make(layers.goals, "circle", { class: "place", r: 7, style: `stroke:${node.colour}` }),
       course: make(layers.goals, "line", { class: "course", style: `stroke:${node.colour}` }),
       goal: make(layers.goals, "path", { class: "goal", d: "M-6 0H6M0-6V6", style: `stroke:${node.colour}` }),
     };
   });
   const scaleBar = make(layers.scale, "path", { class: "scale" });
   const scaleText = make(layers.scale, "text", { class: "scale-text" });
+  const north = make(layers.scale, "g", { class: "north" });
+  make(north, "path", { d: "M0-14 4-5H-4Z" });
+  make(north, "path", { d: "M0-6V1", class: "scale" });
+  make(north, "text", { class: "scale-text", x: 7, y: 0 }).textContent = "N";
 
   function bounds() {
     const xs = [], ys = [];
@@ -188,6 +225,7 @@
     scaleBar.setAttribute("d", `M0-4V0H${metres / unit}V-4`);
     scaleText.setAttribute("x", metres / unit + 7);
     scaleText.textContent = `${metres} m`;
+    north.setAttribute("transform", `translate(${metres / unit + 7 + wide(scaleText.textContent, "11px") + 16})`);
     layers.scale.setAttribute("transform", `translate(${left} ${bottom}) scale(${unit})`);
   }
   function show() {
@@ -278,6 +316,49 @@
     mark.course.setAttribute("x2", goalX); mark.course.setAttribute("y2", -goalY);
     mark.goal.setAttribute("transform", `translate(${goalX} ${-goalY}) scale(${unit})`);
   }
+  // Where a drone of a swarm is to be: the row that it flies over, or its place in the formation.
+  function drawTarget(mark, node, [x, y], unit) {
+    const [[toX, toY], [fromX, fromY]] = [node.target, node.rowFrom].map((axes) => axes.map((axis) => axis[now]));
+    mark.place.style.display = toX === null ? "none" : "";
+    mark.row.style.display = fromX === null ? "none" : "";
+    if (toX === null) return;
+    mark.course.style.display = "";
+    for (const [name, value] of Object.entries({ x1: x, y1: y, x2: toX, y2: -toY })) mark.course.setAttribute(name, value);
+    mark.place.setAttribute("transform", `translate(${toX} ${-toY}) scale(${unit})`);
+    if (fromX !== null) for (const [name, value] of Object.entries({ x1: fromX, y1: -fromY, x2: toX, y2: -toY })) mark.row.setAttribute(name, value);
+  }
+  // What a drone of a swarm flies to, in words.
+  const toWords = (node) => {
+    if (node.target[0][now] === null) return data.states[node.state[now]] === "crossing" ? "through the passage" : "–";
+    if (node.row[now] !== null) return `row ${node.row[now] + 1}`;
+    return data.states[node.state[now]] === "gathering" ? "its place in the formation" : "where it took off";
+  };
+  function drawLinks() {
+    const shown = linksAt(now);
+    lines.forEach((line, n) => {
+      line.shown = shown[n] ?? null;
+      for (const element of [line.link, line.hit]) {
+        element.style.display = line.shown ? "" : "none";
+        if (!line.shown) continue;
+        const [one, other] = [nodes[line.shown.a], nodes[line.shown.b]];
+        element.setAttribute("x1", one.x[now]); element.setAttribute("y1", -one.y[now]);
+        element.setAttribute("x2", other.x[now]); element.setAttribute("y2", -other.y[now]);
+      }
+      if (line.shown) line.link.setAttribute("stroke", strength(line.shown.dbm));
+    });
+    listLinks(shown);
+  }
+  // The strengths as a list: a phone has no pointer to hover with.
+  function listLinks(shown) {
+    const items = shown.map((link) => {
+      const item = document.createElement("li"), swatch = document.createElement("i"), value = document.createElement("b");
+      swatch.style.background = strength(link.dbm);
+      value.textContent = `${fixed(link.dbm, isChain ? 1 : 0)} dBm`;
+      item.append(swatch, between(link), value);
+      return item;
+    });
+    $("links-now").replaceChildren(...items);
+  }
   function render() {
     const unit = metresPerPixel();
     const taken = [];
@@ -302,16 +383,10 @@
         line.setAttribute("x2", x + range * Math.cos(angle)); line.setAttribute("y2", y - range * Math.sin(angle));
       });
       drawGoal(mark, node, [x, y], unit);
-      const link = towardsHead(index, now);
-      mark.link.style.display = link ? "" : "none";
-      if (link) {
-        const peer = nodes[link.peer];
-        mark.link.setAttribute("x1", x); mark.link.setAttribute("y1", y);
-        mark.link.setAttribute("x2", peer.x[now]); mark.link.setAttribute("y2", -peer.y[now]);
-        mark.link.setAttribute("stroke", strength(link.filtered));
-      }
+      drawTarget(mark, node, [x, y], unit);
       fillRow(rows[index], node);
     });
+    drawLinks();
     showSeen();
     markEvent();
     const t = times[now];
@@ -332,10 +407,11 @@
     head.append(swatch, node.name);
     row.append(head);
     const cell = (number) => { const c = row.insertCell(); if (number) c.className = "number"; return c; };
-    return { doing: cell(false), way: cell(true), speed: cell(true), front: cell(true), back: cell(true) };
+    return { doing: cell(false), way: cell(true), speed: cell(true), front: cell(true), back: cell(true), to: cell(false) };
   });
   function fillRow(row, node) {
     row.doing.textContent = node.role === "base" ? "base" : data.states[node.state[now]];
+    row.to.textContent = toWords(node);
     row.way.textContent = fixed(node.way[now], 2);
     row.speed.textContent = node.role === "base" ? "–" : fixed(speed(node, now), 2);
     for (const side of ["front", "back"]) {
@@ -348,15 +424,18 @@
     }
   }
   // A swarm and explorers keep no links as a chain does, and fly across the plan, not along a way.
-  const isChain = data.mission === "chain";
+  const hasTargets = nodes.some((node) => node.target[0].some((x) => x !== null));
   const hasLinks = nodes.some((node) => ["front", "back"].some((side) => node[side].peer.some((peer) => peer !== null)));
   for (const row of $("nodes").rows) {
     row.cells[2].hidden = !isChain;
     row.cells[4].hidden = row.cells[5].hidden = !hasLinks;
+    row.cells[6].hidden = !hasTargets;
   }
-  $("strength").hidden = !hasLinks;
-  $("strength-weak").textContent = `${fixed(limit, 0)} dBm`;
-  $("strength-strong").textContent = `${fixed(limit + SPARE, 0)} dBm`;
+  $("strength").hidden = $("links-box").hidden = !hasLinks && !team.length;
+  $("links-why").hidden = isChain;
+  $("target-legend").hidden = !hasTargets;
+  $("strength-weak").textContent = `${fixed(ramp.from, 0)} dBm`;
+  $("strength-strong").textContent = `${fixed(ramp.to, 0)} dBm`;
 
   // ---- time
   const slider = $("time");
@@ -535,6 +614,35 @@
     $("strips").append(name, box);
   }
 
+  // ---- the axis of time below strips and curves
+  const STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200];
+  const APART = 64; // pixels from one time to the next
+  function axis() {
+    const name = document.createElement("span"), bar = document.createElement("div");
+    name.textContent = "Time, min:s";
+    name.className = "quiet";
+    bar.className = "axis";
+    bar.setAttribute("role", "img");
+    bar.setAttribute("aria-label", `Times from ${minutes(times[0])} to ${minutes(times[last])}`);
+    $("strips").append(name, bar);
+    const draw = () => {
+      const most = Math.max(1, Math.floor(bar.clientWidth / APART));
+      const step = STEPS.find((seconds) => span / seconds <= most) ?? span;
+      const ticks = [];
+      for (let t = Math.ceil(times[0] / step) * step; t <= times[last] + 1e-9; t += step) {
+        const tick = document.createElement("span");
+        tick.textContent = minutes(t);
+        tick.style.left = `${((t - times[0]) / span) * 100}%`;
+        // The last one would stand out at the right.
+        if ((times[last] - t) / span * bar.clientWidth < 16) tick.className = "end";
+        ticks.push(tick);
+      }
+      bar.replaceChildren(...ticks);
+    };
+    new ResizeObserver(draw).observe(bar);
+    draw();
+  }
+
   // ---- strips of states
   const seen = new Set();
   nodes.filter((node) => node.role !== "base").forEach((node) => {
@@ -558,10 +666,12 @@
     scrub(strip, timeIn(strip), (t) => `${node.name}, ${moment(t)}: ${data.states[node.state[frameAt(t)]]}`);
     $("strips").append(name, strip);
   });
+  axis();
   // Before the legend, so that all of them are there when the page is first drawn.
   const flown = nodes.filter((node) => node.role !== "base");
   curves("Height", "m", 2, (node) => (flown.includes(node) ? node.z : []));
   curves("Battery", "V", 2, (node) => node.battery);
+  if ($("strips").querySelector(".curves")) axis();
   for (const kind of [...KINDS, OTHER].filter((kind) => seen.has(kind))) {
     const item = document.createElement("span"), box = document.createElement("i");
     box.style.background = kind.colour;
@@ -640,10 +750,12 @@
   marks.forEach((mark, index) => {
     const node = nodes[index];
     const words = () => {
-      const lines = [`${node.name}: ${data.states[node.state[now]]}`, `x ${fixed(node.x[now], 2)}, y ${fixed(node.y[now], 2)}, height ${fixed(node.z[now], 2)} m`, `${fixed(node.way[now], 2)} m along the tunnel`];
+      const lines = [`${node.name}: ${data.states[node.state[now]]}`, `x ${fixed(node.x[now], 2)}, y ${fixed(node.y[now], 2)}, height ${fixed(node.z[now], 2)} m`, isChain ? `${fixed(node.way[now], 2)} m along the tunnel` : `flies to: ${toWords(node)}`];
       for (const [side, link] of [["front", node.front], ["back", node.back]]) {
         if (link.peer[now] !== null && !isDown(node, now) && !isDown(nodes[link.peer[now]], now)) lines.push(`${side}: ${nodes[link.peer[now]].name}, ${fixed(link.filtered[now], 1)} dBm`);
       }
+      const heard = team.filter((pair) => pair.ends.includes(index) && pair.dbm[now] !== null).sort((a, b) => b.dbm[now] - a.dbm[now]);
+      for (const { ends, dbm } of heard.slice(0, 6)) lines.push(`hears ${nodes[ends[0] === index ? ends[1] : ends[0]].name}: ${fixed(dbm[now], 0)} dBm`);
       const beams = node.ranges.map((r) => fixed(r[now], 2));
       if (beams.some((b) => b !== "–")) lines.push(`beams NW ${beams[0]}, NE ${beams[1]}, SW ${beams[2]}, SE ${beams[3]} m`);
       return lines.join("\n");

@@ -5,12 +5,13 @@
 
 mod data;
 mod headline;
+mod meanings;
 mod metrics;
 
 use input::counted;
 use serde_json::Value;
 
-use super::pictures::{self, PictureError, escaped};
+use super::pictures::{self, Picture, PictureError, escaped, palette};
 use mission::trace::Trace;
 use units::MissionKind;
 
@@ -24,42 +25,37 @@ const SCRIPT: &str = include_str!("../../assets/report/report.js");
 /// # Errors
 /// See [`PictureError`].
 pub fn html(trace: &Trace, summary: &Value) -> Result<String, PictureError> {
-    let positions = pictures::positions(trace)?;
-    let links = pictures::links(trace)?;
+    let charts = pictures::over_time(trace)?;
     let map = pictures::map(trace)?;
     let filled = |gap: &str| match gap {
         "name" => escaped(&trace.scenario),
         "title" => escaped(title(trace, summary)),
         "verdict" => verdict(summary),
         "headline" => headline::html(trace.mission, summary),
-        "charts" => charts(trace, positions.svg(), links.svg()),
+        "charts" => section(&charts),
         "subtitle" => escaped(&subtitle(trace)),
-        "style" => STYLE.to_owned(),
+        "style" => format!("{}{STYLE}", palette::style()),
         "script" => SCRIPT.to_owned(),
         "map" => map.svg().to_owned(),
         "summary" => metrics::html(trace.mission, summary),
-        "data" => data::json(trace, summary, positions.frames(), links.frames()),
+        "data" => data::json(trace, summary, &charts),
         _ => String::new(),
     };
     Ok(fill(PAGE, filled))
 }
 
-/// The pictures of places and links over time, which a chain alone has; a chain of which no link was ever
-/// heard has the first one only.
-fn charts(trace: &Trace, positions: &str, links: &str) -> String {
-    if trace.mission != MissionKind::Chain {
+/// The charts over time, if there are any.
+fn section(charts: &[(&str, Picture)]) -> String {
+    if charts.is_empty() {
         return String::new();
     }
-    let drones = || trace.frames.iter().flat_map(|frame| &frame.drones);
-    let is_linked = drones().any(|drone| drone.front.is_some() || drone.back.is_some());
-    let links = if is_linked {
-        format!("<figure class=\"card picture\" id=\"links\">{links}</figure>")
-    } else {
-        String::new()
+    let figure = |(name, chart): &(&str, Picture)| {
+        format!("<figure class=\"card picture\" id=\"{name}\">{}</figure>", chart.svg())
     };
+    let figures: Vec<String> = charts.iter().map(figure).collect();
     format!(
-        "<section aria-label=\"Charts over time\" id=\"charts\">\n    <figure class=\"card picture\" \
-         id=\"positions\">{positions}</figure>\n    {links}\n  </section>"
+        "<section aria-label=\"Charts over time\" id=\"charts\">\n    {}\n  </section>",
+        figures.join("\n    ")
     )
 }
 

@@ -129,7 +129,8 @@ impl TraceFiles {
 const CSV: &str = "trace.csv";
 const MCAP: &str = "trace.mcap";
 
-/// Writes `report.html`, `map-moving.svg`, and `map`, `links` and `positions` as SVG and PNG.
+/// Writes `report.html`, `map-moving.svg`, and as SVG and PNG `map` and the charts over time that the mission
+/// [has](pictures::over_time).
 ///
 /// # Errors
 /// As [`TraceFiles::begin`].
@@ -140,11 +141,8 @@ pub fn write_report(
 ) -> Result<(), OutputError> {
     folder.put_text("report.html", &report::html(trace, summary)?)?;
     folder.put_text("map-moving.svg", &pictures::moving(trace)?)?;
-    for (name, picture) in [
-        ("map", pictures::map(trace)?),
-        ("links", pictures::links(trace)?),
-        ("positions", pictures::positions(trace)?),
-    ] {
+    put_picture(folder, "map", &pictures::map(trace)?)?;
+    for (name, picture) in pictures::over_time(trace)? {
         put_picture(folder, name, &picture)?;
     }
     Ok(())
@@ -202,6 +200,29 @@ mod tests {
         let read: serde_json::Value =
             serde_json::from_slice(&fs::read(out.join("summary.json")).unwrap()).unwrap();
         assert_eq!(read, json!({ "success": true }));
+    }
+
+    /// A swarm has neither a chain's links nor ways along a tunnel, and no picture of none.
+    #[test]
+    fn only_the_charts_that_a_mission_has_are_written() {
+        let names = |trace: &Trace| -> Vec<&str> {
+            pictures::over_time(trace).unwrap().iter().map(|(name, _)| *name).collect()
+        };
+        let mut trace = mission(400);
+        assert_eq!(names(&trace), ["positions", "links"]);
+        let scratch = Scratch::new("swarm");
+        let mut folder = Folder::open(&scratch.path().join("out")).unwrap();
+        trace.mission = units::MissionKind::Swarm;
+        write_report(&mut folder, &trace, &json!({})).unwrap();
+        let written = folder.finish().unwrap();
+        let mut files: Vec<_> = written.iter().filter_map(|path| path.file_name()).collect();
+        files.sort();
+        assert_eq!(files, ["files.txt", "map-moving.svg", "map.png", "map.svg", "report.html"]);
+        trace.mission = units::MissionKind::Chain;
+        for drone in trace.frames.iter_mut().flat_map(|frame| &mut frame.drones) {
+            (drone.front, drone.back) = (None, None);
+        }
+        assert_eq!(names(&trace), ["positions"], "no drone ever heard another one");
     }
 
     /// What is not on the disk is in memory: no more than a buffer of each file waits there, however long

@@ -7,10 +7,10 @@ use plotters::element::{Circle, Rectangle};
 use plotters::style::RGBColor;
 use units::Point2;
 
-use super::PictureError;
-use super::axes::filled;
-use super::sheet::{Area, Fault, Look, Picture, headed, px, size_of, upx, write};
-use super::style::{FLOOR, INK, PAPER, WALL, category};
+use super::axes::{filled, stroke};
+use super::sheet::{Area, Fault, Look, Picture, headed, px, size_of, text_width, upx, write};
+use super::style::{AXIS, FLOOR, INK, PAPER, WALL, category};
+use super::{PictureError, scale};
 use planning::drops::{Drops, Shown};
 
 /// The size of the picture, in pixels: two panels side by side.
@@ -18,6 +18,8 @@ const SIZE: (f64, f64) = (1200.0, 700.0);
 /// The gap between the panels, and the height of their headings, in pixels.
 const GAP: f64 = 24.0;
 const HEADING: f64 = 24.0;
+/// The height of the foot with scale bar and key, in pixels.
+const FOOT: f64 = 34.0;
 /// The radius of the mark of a relay, in pixels.
 const MARK: f64 = 8.0;
 
@@ -31,8 +33,47 @@ pub(super) fn picture(world: &World, drops: &Drops) -> Result<Picture, PictureEr
         for (left, is_after) in [(true, false), (false, true)] {
             panel(&body, left, world, drops, is_after)?;
         }
+        foot(&body, world)?;
         Ok(Vec::new())
     })
+}
+
+/// The scale bar with the arrow to the north, and what colours and marks mean.
+fn foot(area: &Area<'_>, world: &World) -> Result<(), Fault> {
+    let (_, height) = size_of(area);
+    let frame = world.map.frame();
+    let view = View::fitting(frame, 0.0, panel_size(area));
+    let y = height - 8.0;
+    scale::bar_and_north(area, (0.0, y), view.scale / f64::from(frame.resolution().0), 90.0)?;
+    let entries = [
+        ("wall", Shown::Wall),
+        ("out of reach", Shown::OutOfReach),
+        ("not covered", Shown::Uncovered),
+        ("covered by the base", Shown::CoveredByBase),
+        ("covered by relays", Shown::CoveredByRelays),
+    ];
+    let breadth = |words: &str| 20.0 + text_width(words, Look::LABEL) + 14.0;
+    let mut x = 190.0;
+    for (words, shown) in entries {
+        let corners = [(px(x), px(y - 10.0)), (px(x + 14.0), px(y + 2.0))];
+        area.draw(&Rectangle::new(corners, filled(&colour(shown, true))))?;
+        area.draw(&Rectangle::new(corners, stroke(&AXIS, 0.8)))?;
+        write(area, words, (x + 20.0, y - 4.0), Look::LABEL)?;
+        x += breadth(words);
+    }
+    let corner = |off: f64| (px(x + 7.0 + off), px(y - 4.0 + off));
+    area.draw(&Rectangle::new([corner(-MARK / 2.0), corner(MARK / 2.0)], filled(&INK)))?;
+    write(area, "base", (x + 20.0, y - 4.0), Look::LABEL)?;
+    x += breadth("base");
+    area.draw(&Circle::new((px(x + 7.0), px(y - 4.0)), upx(MARK), filled(&INK)))?;
+    let words = "relay, in the order in which they are put down";
+    write(area, words, (x + 20.0, y - 4.0), Look::LABEL)
+}
+
+/// The width and the height of the place of one map, in pixels.
+fn panel_size(area: &Area<'_>) -> (f64, f64) {
+    let (width, height) = size_of(area);
+    ((width - GAP) / 2.0, height - HEADING - FOOT)
 }
 
 /// One map, in the left or the right half.
@@ -43,14 +84,14 @@ fn panel(
     drops: &Drops,
     is_after: bool,
 ) -> Result<(), Fault> {
-    let (width, height) = size_of(area);
-    let half = (width - GAP) / 2.0;
+    let size = panel_size(area);
+    let half = size.0;
     let left = if is_left { 0.0 } else { half + GAP };
     let network = if is_after { &drops.after } else { &drops.before };
     let covered = drops.square_metres(network.covered(&drops.ground));
     let when = if is_after { "After" } else { "Before" };
     write(area, &format!("{when}: {covered:.0} m² covered"), (left, 10.0), Look::HEADING)?;
-    let view = View::fitting(world.map.frame(), left, (half, height - HEADING));
+    let view = View::fitting(world.map.frame(), left, size);
     for row in 0..world.map.frame().rows() {
         cells_of_row(area, &view, world, drops, is_after, row)?;
     }

@@ -8,6 +8,7 @@ use units::Point2;
 
 use super::PictureError;
 use super::axes::{filled, stroke};
+use super::scale::bar_and_north;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, px, upx, write};
 use super::style::{self, AXIS, FLOOR, INK, PAPER, WALL};
 
@@ -15,7 +16,9 @@ use super::style::{self, AXIS, FLOOR, INK, PAPER, WALL};
 const SIDE: f64 = 240.0;
 const GAP: f64 = 22.0;
 const HEADING: f64 = 44.0;
-const KEY: f64 = 30.0;
+const KEY: f64 = 58.0;
+/// The height of the key's first line, in pixels; below it is the scale bar.
+const KEY_LINE: f64 = 30.0;
 /// The radius of a mark, in pixels.
 const MARK: f64 = 5.0;
 /// The largest radius of a candidate, in pixels: one with unknown cells all around.
@@ -156,7 +159,11 @@ fn mark(area: &Area<'_>, (x, y): (f64, f64), robot: usize) -> Result<(), Fault> 
 
 /// What the colours and marks that are on the page mean.
 fn key(area: &Area<'_>, chart: &ExploredChart) -> Result<(), Fault> {
-    let y = KEY - 12.0;
+    if let Some(map) = chart.maps.first() {
+        let metres = f64::from(map.frame.resolution().0);
+        bar_and_north(area, (0.0, KEY - 6.0), scale(map) / metres, 90.0)?;
+    }
+    let y = KEY_LINE - 12.0;
     let mut x = 0.0;
     for (name, shade, width) in
         [("free", FLOOR, 56.0), ("unknown", UNKNOWN, 84.0), ("wall", WALL, 58.0)]

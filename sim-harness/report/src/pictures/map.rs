@@ -8,9 +8,10 @@ use world::FloorPlan;
 use super::PictureError;
 use super::axes::{filled, stroke};
 use super::dashes;
+use super::series::launch_limit;
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, px, size_of, text_width, write};
-use super::style::{AXIS, FLOOR, INK, PAPER, QUIET, WALL, node_colour};
-use super::ticks::round_step;
+use super::style::{AXIS, FLOOR, PAPER, WALL, node_colour};
+use super::{linked, palette, scale};
 use mission::trace::{DroneFrame, Frame, Trace};
 
 /// The picture of a run.
@@ -19,13 +20,13 @@ pub(super) fn picture(trace: &Trace) -> Result<Picture, PictureError> {
     Picture::draw((960.0, height_of(trace)), &title, |sheet| {
         let subtitle = match farthest(trace) {
             Some(frame) => format!(
-                "Ways flown; rings: when the head was farthest, at {} s; dots: at the end",
+                "Ways flown; rings and links: when the head was farthest, at {} s; dots: at the end",
                 frame.time_us / 1_000_000
             ),
-            None => "Ways flown, and where each node was at the end".to_owned(),
+            None => "Ways flown; places and links at the end".to_owned(),
         };
         let body = headed(sheet, &title, &subtitle)?;
-        panel(&body, trace, "")
+        drawn(&body, trace, "", true)
     })
 }
 
@@ -36,8 +37,12 @@ pub(super) fn height_of(trace: &Trace) -> f64 {
     (f64::from(aspect) * 912.0 + 118.0).clamp(260.0, 840.0).round()
 }
 
-/// The map, as large as the area lets it be.
+/// The map without links, as large as the area lets it be.
 pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str) -> Drawn {
+    drawn(area, trace, title, false)
+}
+
+fn drawn(area: &Area<'_>, trace: &Trace, title: &str, with_links: bool) -> Drawn {
     write(area, title, (0.0, 10.0), Look::HEADING)?;
     let top = if title.is_empty() { 0.0 } else { 22.0 };
     let view = View::fitting(bounds(trace), size_of(area), top);
@@ -46,10 +51,13 @@ pub(super) fn panel(area: &Area<'_>, trace: &Trace, title: &str) -> Drawn {
         trajectory(area, &view, trace, index)?;
     }
     let far = farthest(trace);
+    let shown = far.or(trace.frames.last());
+    if let Some(frame) = shown.filter(|_| with_links) {
+        links(area, &view, trace, frame)?;
+    }
     if far.is_some() {
         marks(area, &view, trace, trace.frames.last(), Mark::Dot)?;
     }
-    let shown = far.or(trace.frames.last());
     marks(area, &view, trace, shown, if far.is_some() { Mark::Ring } else { Mark::Dot })?;
     names(area, &view, trace, shown)?;
     scale_bar(area, &view)?;
@@ -299,20 +307,24 @@ fn label(
     write(area, name, best, look)
 }
 
+/// Draws the scale bar and the arrow to the north at the foot of the map.
 pub(super) fn scale_bar(area: &Area<'_>, view: &View) -> Result<(), Fault> {
     let (width, height) = size_of(area);
-    let (metres, decimals) = round_step((width / 9.0).min(90.0) / view.scale);
-    let (left, y) = (MARGIN, height - 10.0);
-    let right = left + metres * view.scale;
-    let bar = [(left, y - 4.0), (left, y), (right, y), (right, y - 4.0)];
-    let bar: Vec<_> = bar.into_iter().map(|(x, y)| (px(x), px(y))).collect();
-    area.draw(&PathElement::new(bar, stroke(&INK, 1.0)))?;
-    write(
-        area,
-        &format!("{metres:.decimals$} m"),
-        (right + 8.0, y - 2.0),
-        Look::LABEL.coloured(QUIET),
-    )
+    scale::bar_and_north(area, (MARGIN, height - 10.0), view.scale, width / 9.0)
+}
+
+/// The links of one moment, each in the colour of its strength, with the key to the colours.
+fn links(area: &Area<'_>, view: &View, trace: &Trace, frame: &Frame) -> Result<(), Fault> {
+    let all = linked::links_at(trace, frame);
+    let limit = launch_limit(trace);
+    for link in &all {
+        let places = link.ends.map(|end| frame.drones.get(end).and_then(|drone| view.of(drone)));
+        let [Some(one), Some(other)] = places else { continue };
+        let line = [one, other].map(|(x, y)| (px(x), px(y))).to_vec();
+        let colour = palette::link_colour(link.dbm, limit);
+        area.draw(&PathElement::new(line, stroke(&colour, 2.8)))?;
+    }
+    if all.is_empty() { Ok(()) } else { linked::key(area, limit) }
 }
 
 #[cfg(test)]

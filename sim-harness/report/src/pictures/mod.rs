@@ -5,8 +5,8 @@
 //! composite pages. `plotters` does the plotting and writes the SVG, `tiny-skia` draws the PNG, and
 //! the font is part of the program, so that a picture has the same bytes on every machine.
 //!
-//! The palette is Okabe and Ito's, which people with any colour vision can tell apart; lines are
-//! labelled where they end rather than in a legend; the background is always painted, so that a
+//! Charts have the palette of Okabe and Ito, which people with any colour vision can tell apart, and drones
+//! and links have that of the module `palette`; lines are labelled where they end rather than in a legend; the background is always painted, so that a
 //! picture reads the same on light and dark pages.
 
 mod axes;
@@ -17,13 +17,16 @@ mod drops;
 mod explored;
 mod figure3;
 mod growth;
+mod linked;
 mod links;
 mod map;
 mod moving;
+pub(crate) mod palette;
 mod placement;
 mod plan;
 mod positions;
 mod raster;
+mod scale;
 mod series;
 mod sheet;
 mod style;
@@ -37,14 +40,15 @@ pub use explored::{ExploredChart, ExploredMap};
 pub use figure3::{Corridor, Figure3, Variant};
 pub use growth::{Curve, GrowthChart, Growths};
 pub(super) use map::nested;
+pub(super) use palette::node_rgb;
 pub use plan::PlanPicture;
 pub(super) use series::{GROUND_LOSS, launch_limit, state_name};
 pub(super) use sheet::escaped;
 pub use sheet::{Picture, PlotFrame};
-pub(super) use style::node_rgb;
 pub use survival::SurvivalChart;
 
 use cave_worlds::World;
+use units::MissionKind;
 
 use mission::trace::Trace;
 use planning::drops::Drops;
@@ -99,6 +103,22 @@ pub fn plan(plan: &PlanPicture<'_>) -> Result<Picture, PictureError> {
 /// See [`PictureError`].
 pub fn drops(world: &World, drops: &Drops) -> Result<Picture, PictureError> {
     drops::picture(world, drops)
+}
+
+/// The charts over time that this mission has, each with the name of its file: `positions` of a chain, and
+/// `links` of a chain of which a drone ever heard another one.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn over_time(trace: &Trace) -> Result<Vec<(&'static str, Picture)>, PictureError> {
+    if trace.mission != MissionKind::Chain {
+        return Ok(Vec::new());
+    }
+    let mut drones = trace.frames.iter().flat_map(|frame| &frame.drones);
+    let is_linked = drones.any(|drone| drone.front.is_some() || drone.back.is_some());
+    let links = is_linked.then(|| links(trace)).transpose()?;
+    let positions = positions(trace)?;
+    Ok([("positions", positions)].into_iter().chain(links.map(|links| ("links", links))).collect())
 }
 
 /// Each link's strength over time: as received, filtered, and true.

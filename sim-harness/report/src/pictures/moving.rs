@@ -10,12 +10,12 @@ use plotters::style::RGBColor;
 use units::{MissionKind, NodeId, Role};
 
 use super::PictureError;
+use super::linked::key;
 use super::map::{View, bounds, farthest, floor, height_of, scale_bar};
+use super::palette::{SPARE_DB, WEAK_DBM, hex, link_colour};
 use super::series::{launch_limit, thinned};
-use super::sheet::{
-    Area, Fault, Look, Picture, escaped, headed, part, px, size_of, text_width, write,
-};
-use super::style::{AXIS, FAIR, INK, LIMIT, PAPER, QUIET, STRONG};
+use super::sheet::{Picture, escaped, headed, part, px, size_of};
+use super::style::{AXIS, INK, PAPER, QUIET};
 use mission::trace::{DroneFrame, Frame, Node, Trace, order_words};
 
 /// Width of the picture in pixels, and height of the line of time below the map.
@@ -30,8 +30,8 @@ const AFTER_US: u64 = 10_000_000;
 /// Seconds of the mission to one of the picture, and bounds of the picture's length, s.
 const SPEED: f64 = 12.0;
 const LENGTH_S: (f64, f64) = (8.0, 30.0);
-/// A link is strong that has so much above the launch limit, dB.
-const STRONG_DB: f64 = 3.0;
+/// The colour of a link changes in steps of this many decibels, so that the picture stays small.
+const STEP_DB: f64 = 3.0;
 /// Captions that are written at most.
 const MOST_CAPTIONS: usize = 60;
 
@@ -47,7 +47,9 @@ pub(super) fn picture(trace: &Trace) -> Result<String, PictureError> {
         let view = View::fitting(bounds(trace), size_of(&map), 0.0);
         floor(&map, &view, &trace.floor_plan)?;
         scale_bar(&map, &view)?;
-        key(&map, launch_limit(trace))?;
+        if trace.mission == MissionKind::Chain {
+            key(&map, launch_limit(trace))?;
+        }
         let (left, top) = map.get_pixel_range();
         stage = Some(Stage { view, corner: (left.start, top.start) });
         Ok(Vec::new())
@@ -303,41 +305,11 @@ impl<'t> Film<'t> {
     }
 }
 
-/// The colour of a link of this true strength.
+/// The colour of a link of this true strength, in steps.
 fn strength(dbm: f64, limit: Option<f64>) -> RGBColor {
-    match limit {
-        Some(limit) if dbm < limit => LIMIT,
-        Some(limit) if dbm < limit + STRONG_DB => FAIR,
-        Some(_) => STRONG,
-        None => QUIET,
-    }
-}
-
-/// What the colours of the links mean, at the foot of the map.
-fn key(map: &Area<'_>, limit: Option<f64>) -> Result<(), Fault> {
-    use super::axes::stroke;
-    use plotters::element::PathElement;
-    let Some(limit) = limit else { return Ok(()) };
-    let (width, height) = size_of(map);
-    let minus = |dbm: f64| format!("{dbm:.0}").replace('-', "\u{2212}");
-    let (low, high) = (minus(limit), minus(limit + STRONG_DB));
-    let words = [
-        (STRONG, format!("link of {high} dBm or more")),
-        (FAIR, format!("{low} to {high} dBm")),
-        (LIMIT, format!("below {low} dBm, the limit")),
-    ];
-    let breadth = |words: &str| 24.0 + text_width(words, Look::LABEL) + 16.0;
-    let mut x = width - words.iter().map(|(_, words)| breadth(words)).sum::<f64>();
-    let y = height - 12.0;
-    for (colour, words) in &words {
-        map.draw(&PathElement::new(
-            vec![(px(x), px(y)), (px(x + 18.0), px(y))],
-            stroke(colour, 3.4),
-        ))?;
-        write(map, words, (x + 24.0, y), Look::LABEL)?;
-        x += breadth(words);
-    }
-    Ok(())
+    let weakest = limit.unwrap_or(WEAK_DBM);
+    let steps = ((dbm - weakest).clamp(0.0, SPARE_DB) / STEP_DB).floor();
+    link_colour(weakest + steps * STEP_DB, limit)
 }
 
 /// The mark of a node about the origin.
@@ -369,10 +341,6 @@ fn mark(node: &Node) -> String {
 fn font(size: u32, colour: &RGBColor) -> String {
     let family = "DejaVu Sans, Verdana, sans-serif";
     format!("font-family=\"{family}\" font-size=\"{size}\" fill=\"{}\"", hex(*colour))
-}
-
-fn hex(RGBColor(r, g, b): RGBColor) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 /// `1:05`, in minutes and seconds.
@@ -418,6 +386,21 @@ mod tests {
         assert!(!svg.contains("<script") && !svg.contains("http://www.w3.org/1999"), "{svg}");
         assert!(svg.len() < 300_000, "{} bytes", svg.len());
         assert!(svg.ends_with("</svg>\n") && svg.matches("</svg>").count() == 1);
+    }
+
+    #[test]
+    fn links_have_the_colours_of_the_ramp_and_the_map_points_north() {
+        let svg = picture(&synthetic::mission()).unwrap();
+        let (start, rest) = svg.split_once("attributeName=\"stroke\"").unwrap();
+        assert!(start.contains(">N</text>") || start.contains("\nN\n"), "no north");
+        let (_, values) = rest.split_once("values=\"").unwrap();
+        let (values, _) = values.split_once('"').unwrap();
+        let steps =
+            (0..=5).map(|step| hex(link_colour(-70.0 + 3.0 * f64::from(step), Some(-70.0))));
+        let ramp: Vec<String> = steps.chain(["none".to_owned()]).collect();
+        for value in values.split(';') {
+            assert!(ramp.iter().any(|colour| colour == value), "{value}");
+        }
     }
 
     #[test]

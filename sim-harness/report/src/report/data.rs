@@ -4,20 +4,18 @@
 //! between one frame and the next: most of them are one digit. `null` stands where there is no
 //! value.
 
+use std::collections::BTreeSet;
+
+use agent::SwarmTarget;
 use serde_json::{Value, json};
 use units::Point2;
 
-use crate::pictures::{GROUND_LOSS, PlotFrame, launch_limit, nested, node_rgb, state_name};
-use mission::trace::{Change, DroneFrame, Ground, LinkFrame, Trace, order_words};
+use crate::pictures::{GROUND_LOSS, Picture, PlotFrame, launch_limit, nested, palette, state_name};
+use mission::trace::{Change, DroneFrame, Frame, Ground, LinkFrame, Trace, order_words};
 
 /// The JSON text, safe within a `<script>` element. A node's columns are text before those of the
 /// next are made: as values, all of them together would take twenty times the memory.
-pub(super) fn json(
-    trace: &Trace,
-    summary: &Value,
-    positions: &[PlotFrame],
-    links: &[PlotFrame],
-) -> String {
+pub(super) fn json(trace: &Trace, summary: &Value, charts: &[(&str, Picture)]) -> String {
     let mut states: Vec<&'static str> = Vec::new();
     let nodes: Vec<String> =
         (0..trace.nodes.len()).map(|index| node(trace, index, &mut states).to_string()).collect();
@@ -38,7 +36,10 @@ pub(super) fn json(
         ("states", json!(states).to_string()),
         ("orders", json!(orders(trace)).to_string()),
         ("map", team_map(trace).to_string()),
-        ("frames", json!({ "positions": frames(positions), "links": frames(links) }).to_string()),
+        ("passage", json!(trace.passage.map(|corners| points(&corners))).to_string()),
+        ("teamLinks", Value::from(team_links(trace)).to_string()),
+        ("linkColours", json!(ramp(launch_limit(trace))).to_string()),
+        ("frames", Value::Object(charts.iter().map(plots).collect()).to_string()),
     ];
     let entries = entries.map(|(name, value)| format!("\"{name}\":{value}"));
     // Within JSON, `<` can only stand in a string: written like this, no string ends the script.
@@ -94,11 +95,25 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
         column(drones.iter().map(|drone| range(of(drone))))
     });
     let state = column(drones.iter().map(|drone| Some(number_of(state_name(drone), states))));
-    let [r, g, b] = trace.nodes.get(index).map(node_rgb).unwrap_or_default();
+    let aim = |place: fn(SwarmTarget) -> Option<Point2>| {
+        let of = move |drone: &DroneFrame| drone.target.and_then(place);
+        [|at: Point2| at.x, |at: Point2| at.y]
+            .map(|axis| column(drones.iter().map(|drone| rounded(axis(of(drone)?), 1000.0))))
+    };
+    let row = |drone: &&DroneFrame| match drone.target? {
+        SwarmTarget::Row { number, .. } => Some(i64::from(number)),
+        SwarmTarget::Formation(_) | SwarmTarget::Home(_) => None,
+    };
     json!({
         "name": trace.nodes.get(index).map(ToString::to_string),
         "role": trace.nodes.get(index).map(|node| node.role.name()),
-        "colour": format!("#{r:02x}{g:02x}{b:02x}"),
+        "colour": trace.nodes.get(index).map(palette::variable),
+        "target": aim(|target| Some(target.at())),
+        "rowFrom": aim(|target| match target {
+            SwarmTarget::Row { from, .. } => Some(from),
+            SwarmTarget::Formation(_) | SwarmTarget::Home(_) => None,
+        }),
+        "row": column(drones.iter().map(row)),
         "x": metres(&|drone| drone.pose.at.x),
         "y": metres(&|drone| drone.pose.at.y),
         "z": metres(&|drone| drone.height),
@@ -112,6 +127,31 @@ fn node(trace: &Trace, index: usize, states: &mut Vec<&'static str>) -> Value {
         "front": link(trace, &drones, |drone| drone.front.as_ref()),
         "back": link(trace, &drones, |drone| drone.back.as_ref()),
     })
+}
+
+/// The colours of links from the weakest to the strongest, and the strengths of these two, dBm.
+fn ramp(limit: Option<f64>) -> Value {
+    const STEPS: u32 = 12;
+    let weakest = limit.unwrap_or(palette::WEAK_DBM);
+    let strongest = weakest + palette::SPARE_DB;
+    let at = |step| weakest + f64::from(step) / f64::from(STEPS) * palette::SPARE_DB;
+    let colours = (0..=STEPS).map(|step| palette::hex(palette::link_colour(at(step), limit)));
+    json!({ "from": weakest, "to": strongest, "colours": colours.collect::<Vec<_>>() })
+}
+
+/// Each pair of members of a swarm or an exploration that ever hear each other, with the strength at each
+/// moment in whole dBm.
+fn team_links(trace: &Trace) -> Vec<Value> {
+    let all = trace.frames.iter().flat_map(|frame| &frame.team_links);
+    let pairs: BTreeSet<[u8; 2]> = all.map(|link| link.ends).collect();
+    let strengths = |ends: [u8; 2]| {
+        let of = |frame: &Frame| {
+            let link = frame.team_links.iter().find(|link| link.ends == ends)?;
+            rounded(link.strength.0, 1.0)
+        };
+        column(trace.frames.iter().map(of))
+    };
+    pairs.into_iter().map(|ends| json!({ "ends": ends, "dbm": strengths(ends) })).collect()
 }
 
 fn link(
@@ -165,25 +205,50 @@ fn points(path: &[Point2]) -> Vec<[f64; 2]> {
     path.iter().map(|p| [p.x, p.y].map(millimetres)).collect()
 }
 
-fn frames(frames: &[PlotFrame]) -> Vec<Value> {
-    let frame = |f: &PlotFrame| {
+/// The places of a chart's axes of time.
+fn plots((name, chart): &(&str, Picture)) -> (String, Value) {
+    let plot = |f: &PlotFrame| {
         json!({
             "left": f.left, "right": f.right, "top": f.top, "bottom": f.bottom,
             "from": f.from, "to": f.to,
         })
     };
-    frames.iter().map(frame).collect()
+    ((*name).to_owned(), chart.frames().iter().map(plot).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mission::trace::TeamLink;
 
     #[test]
     fn an_order_is_listed_where_it_begins() {
         let trace = crate::synthetic::mission();
         let expected = json!([[0, "explore at 0.16 m/s"], [1250, "return"]]);
         assert_eq!(Value::from(orders(&trace)), expected);
+    }
+
+    #[test]
+    fn a_swarm_is_told_with_its_targets_its_passage_and_who_hears_whom() {
+        let mut trace = crate::synthetic::mission();
+        trace.frames.truncate(3);
+        trace.mission = units::MissionKind::Swarm;
+        trace.passage = Some(
+            [[0.0, 1.0], [6.0, 1.0], [6.0, -1.0], [0.0, -1.0]].map(|[x, y]| Point2::new(x, y)),
+        );
+        let (from, to) = (Point2::new(-9.0, -3.0), Point2::new(-9.0, 3.0));
+        trace.frames[0].drones[1].target = Some(SwarmTarget::Row { number: 4, from, to });
+        trace.frames[1].drones[1].target = Some(SwarmTarget::Formation(Point2::new(-1.0, 0.5)));
+        let heard = |dbm| TeamLink { ends: [1, 3], strength: units::Dbm(dbm) };
+        trace.frames[0].team_links = vec![heard(-60.4)];
+        trace.frames[2].team_links = vec![heard(-62.0)];
+        let told: Value = serde_json::from_str(&json(&trace, &json!({}), &[])).unwrap();
+        let drone = &told["nodes"][1];
+        assert_eq!(drone["target"], json!([[-9000, 8000, null], [3000, -2500, null]]));
+        assert_eq!(drone["rowFrom"], json!([[-9000, null, null], [-3000, null, null]]));
+        assert_eq!(drone["row"], json!([4, null, null]));
+        assert_eq!(told["passage"], json!([[0.0, 1.0], [6.0, 1.0], [6.0, -1.0], [0.0, -1.0]]));
+        assert_eq!(told["teamLinks"], json!([{ "ends": [1, 3], "dbm": [-60, null, -2] }]));
     }
 
     #[test]
