@@ -142,7 +142,7 @@ pub(crate) fn style() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use units::NodeId;
+    use units::{MissionKind, NodeId};
 
     /// The least difference of two colours that stand in one picture, as distance in OKLab (Ottosson, 2020), in
     /// which 0.02 is just noticeable side by side.
@@ -235,7 +235,7 @@ mod tests {
         let style = style();
         for number in 0..=15 {
             let role = if number == 0 { Role::Head } else { Role::Relay };
-            let node = Node { id: NodeId(number), role };
+            let node = Node { id: NodeId(number), role, mission: MissionKind::Chain };
             let name = variable(&node).replace("var(", "").replace(')', ":");
             assert_eq!(style.matches(&name).count(), 2, "{name} in {style}");
         }
