@@ -209,7 +209,11 @@ fn shown_by_the_layout() -> Vec<String> {
 #[tokio::test]
 async fn the_layout_shows_what_is_streamed() {
     let chain = SimulatedChain::demo();
-    let station = StationProcess::start(&chain.address(), &[]);
+    let station = StationProcess::start(&chain.address(), &["--map", "demo"]);
+    let mut page = PageClient::open(station.page).await;
+    page.wait_for_chain().await;
+    page.send(r#"{"do":"order","order":"explore","speed":0.25}"#).await;
+    page.wait_for_flight().await;
     let mut viewer = Viewer::open(station.page, SDK, "", None).await.unwrap();
     let drones =
         |viewer: &Viewer| (0..4).all(|n| viewer.has(&format!("/drone/{n}/report"), "state"));

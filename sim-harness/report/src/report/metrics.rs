@@ -200,7 +200,7 @@ mod tests {
             "{out}"
         );
         assert!(out.contains("title=\"part of the time under way"), "{out}");
-        assert!(out.contains("<dd>1 landed, 1 idle</dd>"), "{out}");
+        assert!(out.contains("<dd>1 landed, 1 idle<small"), "{out}");
     }
 
     #[test]
