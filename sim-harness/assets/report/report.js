@@ -634,7 +634,7 @@
         tick.textContent = minutes(t);
         tick.style.left = `${((t - times[0]) / span) * 100}%`;
         // The last one would stand out at the right.
-        if ((times[last] - t) / span * bar.clientWidth < 16) tick.className = "end";
+        if ((times[last] - t) / span * bar.clientWidth < 34) tick.className = "end";
         ticks.push(tick);
       }
       bar.replaceChildren(...ticks);
