@@ -28,6 +28,17 @@ impl Passage {
             false => here.distance(home),
         }
     }
+
+    /// Returns the four corners of the passage, in metres, in order around it: those of the entrance, left and
+    /// right as seen along [`Passage::way`], are the first and the last.
+    #[must_use]
+    pub fn corners(&self) -> [Point2; 4] {
+        let Self { entrance, width, way, length } = *self;
+        let half = 0.5 * width.0;
+        let beside = |at, left| moved(at, left_of(way), left);
+        let exit = moved(entrance, way, length.0);
+        [beside(entrance, half), beside(exit, half), beside(exit, -half), beside(entrance, -half)]
+    }
 }
 
 /// A compact formation. Neighbours in it are D_int apart.
@@ -159,6 +170,13 @@ mod tests {
         way: Point2::new(0.0, 1.0),
         length: Metres(6.0),
     };
+
+    #[test]
+    fn the_corners_of_a_passage_go_around_it() {
+        let corners = [(2.0, 1.0), (2.0, 7.0), (4.0, 7.0), (4.0, 1.0)];
+        let passage = Passage { width: Metres(2.0), ..PASSAGE };
+        assert_eq!(passage.corners(), corners.map(|(x, y)| Point2::new(x, y)));
+    }
 
     #[test]
     fn the_widths_choose_the_formation() {

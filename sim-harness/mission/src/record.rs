@@ -2,8 +2,7 @@
 
 use agent::Exploration;
 use tunnel_nav::Range;
-use units::{MissionKind, NodeId, Point2, Setpoint};
-use virtual_forces::Passage;
+use units::{MissionKind, NodeId, Setpoint};
 
 use super::team_map::TeamMap;
 use super::{Mission, World};
@@ -43,25 +42,11 @@ impl<'a> Mission<'a> {
                 })
                 .collect(),
             launch_limit: self.scenario.agent.launch.limit,
-            passage: self.passage(),
+            passage: (self.scenario.mission == MissionKind::Swarm)
+                .then(|| self.scenario.agent.swarm.passage.corners()),
             team_map: TeamMap::default(),
             frames: Vec::new(),
         }
-    }
-
-    /// The corners of the passage of a swarm, in order around it.
-    fn passage(&self) -> Option<[Point2; 4]> {
-        let Passage { entrance, way, width, length } = self.scenario.agent.swarm.passage;
-        let corner = |along: f32, left: f32| {
-            Point2::new(
-                entrance.x + along * way.x - left * way.y,
-                entrance.y + along * way.y + left * way.x,
-            )
-        };
-        let half = 0.5 * width.0;
-        let corners = [(0.0, half), (length.0, half), (length.0, -half), (0.0, -half)];
-        (self.scenario.mission == MissionKind::Swarm)
-            .then(|| corners.map(|(along, left)| corner(along, left)))
     }
 
     /// The present state of the mission, for the record.

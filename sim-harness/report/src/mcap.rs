@@ -280,7 +280,6 @@ mod tests {
     use std::io::Cursor;
 
     use ::mcap::MessageStream;
-    use units::MissionKind;
 
     use super::*;
     use crate::synthetic;
@@ -325,11 +324,7 @@ mod tests {
     #[test]
     fn drones_have_the_names_of_their_mission() {
         use foxglove::messages::{Log, SceneUpdate};
-        for (mission, name) in [
-            (MissionKind::Chain, "relay 1"),
-            (MissionKind::Swarm, "drone 1"),
-            (MissionKind::Explore, "explorer 1"),
-        ] {
+        for (mission, name) in synthetic::SECOND_NAMES {
             let mut trace = synthetic::named_as(mission);
             trace.frames.truncate(1);
             let file = written(&trace);

@@ -31,6 +31,13 @@ pub(crate) fn mission() -> Trace {
     }
 }
 
+/// Each kind of mission, with the name that the second drone has in it.
+pub(crate) const SECOND_NAMES: [(MissionKind, &str); 3] = [
+    (MissionKind::Chain, "relay 1"),
+    (MissionKind::Swarm, "drone 1"),
+    (MissionKind::Explore, "explorer 1"),
+];
+
 /// The same drones under the names that they have in another mission.
 pub(crate) fn named_as(kind: MissionKind) -> Trace {
     let mut trace = mission();

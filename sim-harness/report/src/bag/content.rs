@@ -244,18 +244,12 @@ pub(super) fn diagnostics(trace: &Trace, frame: &Frame, now: Moment) -> Diagnost
 
 #[cfg(test)]
 mod tests {
-    use units::MissionKind;
-
     use super::*;
     use crate::synthetic;
 
     #[test]
     fn drones_have_the_names_of_their_mission() {
-        for (mission, name) in [
-            (MissionKind::Chain, "relay 1"),
-            (MissionKind::Swarm, "drone 1"),
-            (MissionKind::Explore, "explorer 1"),
-        ] {
+        for (mission, name) in synthetic::SECOND_NAMES {
             let trace = synthetic::named_as(mission);
             let (frame, now) = (&trace.frames[0], Moment { micros: 0 });
             let markers = markers(&trace, frame, now).markers;

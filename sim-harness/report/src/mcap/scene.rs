@@ -11,13 +11,14 @@ use foxglove::messages::{
     Point3, PointCloud, Pose, Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate,
     SpherePrimitive, TextPrimitive, Vector3, line_primitive,
 };
+use plotters::style::RGBColor;
 use units::Role;
 use world::FloorPlan;
 
 use super::{MAP_FRAME, Moment};
 use units::Point2;
 
-use crate::pictures::{launch_limit, node_rgb};
+use crate::pictures::{launch_limit, node_rgb, palette};
 use mission::trace::{DroneFrame, Frame, Node, Trace};
 
 const WALL: Color = Color { r: 0.5, g: 0.56, b: 0.62, a: 1.0 };
@@ -222,13 +223,13 @@ fn beams(drone: &DroneFrame) -> Option<LinePrimitive> {
 /// A link between two drones, as it is drawn.
 struct DrawnLink {
     ends: [[f32; 3]; 2],
-    /// Red, green and blue, from 0 to 1.
-    colour: [f64; 3],
+    colour: RGBColor,
 }
 
 impl DrawnLink {
     fn line(&self) -> LinePrimitive {
-        let [r, g, b] = self.colour;
+        let RGBColor(r, g, b) = self.colour;
+        let [r, g, b] = [r, g, b].map(|part| f64::from(part) / 255.0);
         LinePrimitive {
             r#type: line_primitive::Type::LineList as i32,
             pose: Some(origin()),
@@ -246,10 +247,10 @@ impl DrawnLink {
         let [dx, dy, dz] = [0, 1, 2].map(|axis| to[axis] - from[axis]);
         let length = libm::hypotf(libm::hypotf(dx, dy), dz);
         let steps = (length / SPACING).clamp(1.0, 1000.0) as u32;
-        let colour = self.colour.map(|part| (part * 255.0) as u8);
+        let RGBColor(r, g, b) = self.colour;
         (0..=steps).map(move |n| {
             let t = n as f32 / steps as f32;
-            ([0, 1, 2].map(|axis| from[axis] * (1.0 - t) + to[axis] * t), colour)
+            ([0, 1, 2].map(|axis| from[axis] * (1.0 - t) + to[axis] * t), [r, g, b])
         })
     }
 }
@@ -259,18 +260,14 @@ pub(super) fn link_points(trace: &Trace, frame: &Frame, now: Moment) -> PointClo
     cloud(links(trace, frame).iter().flat_map(DrawnLink::points), now)
 }
 
-/// Each link towards the head, blue where it has 15 dB to spare, vermilion at the launch limit.
+/// Each link towards the head, in the [colour](palette::link_colour) of its strength.
 fn links(trace: &Trace, frame: &Frame) -> Vec<DrawnLink> {
-    const SPARE: f64 = 15.0;
-    // Without a limit, about where packets begin to be lost.
-    let limit = launch_limit(trace).unwrap_or(-85.0);
+    let limit = launch_limit(trace);
     let link = |drone: &DroneFrame| {
         let link = drone.front.as_ref()?;
         let peer = trace.nodes.iter().position(|node| node.id == link.peer)?;
         let other = frame.drones.get(peer)?;
-        let share = ((f64::from(link.filtered.0) - limit) / SPARE).clamp(0.0, 1.0);
-        let mix = |weak: f64, strong: f64| weak + (strong - weak) * share;
-        let colour = [mix(0.84, 0.0), mix(0.37, 0.45), mix(0.0, 0.70)];
+        let colour = palette::link_colour(f64::from(link.filtered.0), limit);
         Some(DrawnLink { ends: [spatial(drone), spatial(other)], colour })
     };
     frame.drones.iter().filter_map(link).collect()

@@ -44,7 +44,12 @@ fn foot(area: &Area<'_>, world: &World) -> Result<(), Fault> {
     let frame = world.map.frame();
     let view = View::fitting(frame, 0.0, panel_size(area));
     let y = height - 8.0;
-    scale::bar_and_north(area, (0.0, y), view.scale / f64::from(frame.resolution().0), 90.0)?;
+    scale::bar_and_north(
+        area,
+        (0.0, y),
+        view.scale / f64::from(frame.resolution().0),
+        scale::LONGEST,
+    )?;
     let entries = [
         ("wall", Shown::Wall),
         ("out of reach", Shown::OutOfReach),

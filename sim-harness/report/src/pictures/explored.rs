@@ -8,7 +8,7 @@ use units::Point2;
 
 use super::PictureError;
 use super::axes::{filled, stroke};
-use super::scale::bar_and_north;
+use super::scale::{LONGEST, bar_and_north};
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, px, upx, write};
 use super::style::{self, AXIS, FLOOR, INK, PAPER, WALL};
 
@@ -161,7 +161,7 @@ fn mark(area: &Area<'_>, (x, y): (f64, f64), robot: usize) -> Result<(), Fault> 
 fn key(area: &Area<'_>, chart: &ExploredChart) -> Result<(), Fault> {
     if let Some(map) = chart.maps.first() {
         let metres = f64::from(map.frame.resolution().0);
-        bar_and_north(area, (0.0, KEY - 6.0), scale(map) / metres, 90.0)?;
+        bar_and_north(area, (0.0, KEY - 6.0), scale(map) / metres, LONGEST)?;
     }
     let y = KEY_LINE - 12.0;
     let mut x = 0.0;

@@ -9,7 +9,7 @@ use units::Point2;
 use super::PictureError;
 use super::axes::{filled, stroke};
 use super::sheet::{Area, Drawn, Fault, Look, Picture, headed, part, px, size_of, upx, write};
-use super::style::{AXIS, COVERED, FLOOR, INK, LIMIT, PAPER, STRONG, WALL, category};
+use super::style::{AXIS, CHOSEN, COVERED, FLOOR, INK, LIMIT, PAPER, WALL, category};
 use planning::situations::{Cave, Scene, Situation};
 use relay_placement::Demand;
 
@@ -236,7 +236,7 @@ fn choice(area: &Area<'_>, view: &View, scene: &Scene) -> Result<(), Fault> {
     let (x, y) = centre(scene.trial.goal.cell);
     ring(area, (x, y), f64::from(Demand::DEFAULT.within.0) / view.metres * view.scale)?;
     mark(area, (x, y), LIMIT)?;
-    mark(area, centre(scene.trial.paper.cell), STRONG)
+    mark(area, centre(scene.trial.paper.cell), CHOSEN)
 }
 
 /// The circle of the drop cells.
@@ -300,7 +300,7 @@ fn key(area: &Area<'_>) -> Result<(), Fault> {
                 mark(area, at, LIMIT)?;
             }
             5 => area.draw(&Circle::new((px(at.0), px(at.1)), upx(2.5), filled(&category(4))))?,
-            _ => mark(area, at, STRONG)?,
+            _ => mark(area, at, CHOSEN)?,
         }
         write(area, name, (x + 20.0, y), Look::LABEL)?;
         x += width;

@@ -8,7 +8,7 @@ use super::style::{INK, QUIET};
 use super::ticks::round_step;
 
 /// The longest scale bar, in pixels.
-const LONGEST: f64 = 90.0;
+pub(super) const LONGEST: f64 = 90.0;
 /// The gap between the length of the scale bar and the arrow, in pixels.
 const GAP: f64 = 18.0;
 

@@ -28,7 +28,7 @@ pub(super) const FILTERED: RGBColor = SKY;
 /// The colour of true strengths.
 pub(super) const TRUTH: RGBColor = INK;
 /// The place that the rule of a paper chooses.
-pub(super) const STRONG: RGBColor = GREEN;
+pub(super) const CHOSEN: RGBColor = GREEN;
 /// Limits, in the colour of the links that are below them.
 pub(super) const LIMIT: RGBColor = palette::WEAK;
 
