@@ -131,6 +131,7 @@ impl Drawing {
         })
     }
 
+    /// The scenario. Its radio and its limits are those of the built-in scenario `demo`.
     fn text(&self) -> String {
         let Self { width_m, galleries } = self;
         let way_m = Polyline::new(points(&galleries[0])).length();
